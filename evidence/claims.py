@@ -59,6 +59,11 @@ class Claim:
         return [self.part, self.claim, self.allows, "\n".join(check.text() for check in self.checks), self.verdict, self.why()]
 
 
+def adder(claims):
+    """A function that makes a claim of P3 and adds it."""
+    return lambda *words, **more: claims.append(Claim("P3", *words, **more))
+
+
 HEADING = ["", "claim", "read as", "ours [95 % interval]", "verdict", "why"]
 
 
@@ -120,53 +125,30 @@ def of_attachments(runs):
     perforated = runs.uncapped(*((kind, STOCHASTIC) for kind in ATTACHMENTS))
     readings = [("read when detached", lambda run: run.at_detached()), ("read when arrested or gone", lambda run: run.absorbed)]
     everywhere = "at every energy at which nothing is arrested"
-    claims = []
+    add = adder(claims := [])
     for reading, value in readings:
-        claims.append(
-            Claim(
-                "P3",
-                f"All three attachments absorb about the same at low energy ({reading})",
-                f"ratios within a factor {CLOSE}, up to 10 J",
-                ratios(pairs, low, value, SIMILAR),
-                "where all runs are arrested the ratio is 1 by itself",
-            )
+        add(
+            f"All three attachments absorb about the same at low energy ({reading})",
+            f"ratios within a factor {CLOSE}, up to 10 J",
+            ratios(pairs, low, value, SIMILAR),
+            "where all runs are arrested the ratio is 1 by itself",
         )
     for reading, value in readings:
-        claims.append(
-            Claim(
-                "P3",
-                f"Corners absorb most at the high end ({reading})",
-                "ratios above 1, from 80 J",
-                ratios(most, high, value, MORE),
-            )
-        )
+        add(f"Corners absorb most at the high end ({reading})", "ratios above 1, from 80 J", ratios(most, high, value, MORE))
     for reading, value in readings:
-        claims.append(
-            Claim(
-                "P3",
-                f"Two sides absorb least ({reading})",
-                f"ratios below 1, {everywhere}",
-                ratios(least, perforated, value, LESS),
-            )
-        )
+        add(f"Two sides absorb least ({reading})", f"ratios below 1, {everywhere}", ratios(least, perforated, value, LESS))
     kinetic = lambda run: run.peak_kinetic
     rest = ratios(most, [energy for energy in high if energy != fast], kinetic, THREEFOLD)
-    claims.append(
-        Claim(
-            "P3",
-            "Kinetic energy of the fabric at corners is about three times that of the others (Figs 15-17)",
-            f"ratios of the largest values in {number(THREEFOLD[0])} to {number(THREEFOLD[1])}, at {number(fast)} J",
-            ratios(most, [fast], kinetic, THREEFOLD),
-            "elsewhere " + ", ".join(check.text() for check in rest) if rest else "",
-        )
+    add(
+        "Kinetic energy of the fabric at corners is about three times that of the others (Figs 15-17)",
+        f"ratios of the largest values in {number(THREEFOLD[0])} to {number(THREEFOLD[1])}, at {number(fast)} J",
+        ratios(most, [fast], kinetic, THREEFOLD),
+        "elsewhere " + ", ".join(check.text() for check in rest) if rest else "",
     )
-    claims.append(
-        Claim(
-            "P3",
-            "Strain energy is similar for all attachments (Figs 15-17)",
-            f"ratios of the largest values within a factor {CLOSE}, at {number(slow)} and {number(fast)} J",
-            ratios(pairs, runs.history_energies, lambda run: run.peak_strain, SIMILAR),
-        )
+    add(
+        "Strain energy is similar for all attachments (Figs 15-17)",
+        f"ratios of the largest values within a factor {CLOSE}, at {number(slow)} and {number(fast)} J",
+        ratios(pairs, runs.history_energies, lambda run: run.peak_strain, SIMILAR),
     )
     shares = [
         ("strain/kinetic", lambda run: run.peak_strain / run.peak_kinetic, "largest strain energy"),
@@ -179,13 +161,10 @@ def of_attachments(runs):
     for kind, figure in ((FOUR_SIDES, 17), (TWO_SIDES, 16)):
         for name, value, what in shares:
             checks = [named(name, kind, energy, value, MORE) for energy in runs.uncapped((kind, STOCHASTIC))]
-            claims.append(
-                Claim(
-                    "P3",
-                    f"{kind.capitalize()}: most energy goes into strain (Fig. {figure}; {what})",
-                    f"{what} over largest kinetic energy of the fabric above 1, {everywhere}",
-                    checks,
-                )
+            add(
+                f"{kind.capitalize()}: most energy goes into strain (Fig. {figure}; {what})",
+                f"{what} over largest kinetic energy of the fabric above 1, {everywhere}",
+                checks,
             )
     # "Two sides give more kinetic energy than four": whose, the wording leaves open.
     both = runs.uncapped((TWO_SIDES, STOCHASTIC), (FOUR_SIDES, STOCHASTIC))
@@ -198,23 +177,17 @@ def of_attachments(runs):
         ),
         ("what the projectile keeps", "kinetic energy of the projectile at the end", lambda run: run.left()),
     ):
-        claims.append(
-            Claim(
-                "P3",
-                f"Two sides give more kinetic energy than four ({whose})",
-                f"{what}: ratio above 1, {everywhere}",
-                ratios([(TWO_SIDES, FOUR_SIDES)], both, value, MORE),
-            )
+        add(
+            f"Two sides give more kinetic energy than four ({whose})",
+            f"{what}: ratio above 1, {everywhere}",
+            ratios([(TWO_SIDES, FOUR_SIDES)], both, value, MORE),
         )
     # Where and in which order the sheets fail.
     at = runs.history_energies
-    claims.append(
-        Claim(
-            "P3",
-            "Sheets held at corners fail at the attachments",
-            "more than half of the failed segments within 5 yarns of a washer",
-            [named("share at the washers", CORNERS, e, lambda run: run.share_at_attachments(), (0.5, 1.0)) for e in at],
-        )
+    add(
+        "Sheets held at corners fail at the attachments",
+        "more than half of the failed segments within 5 yarns of a washer",
+        [named("share at the washers", CORNERS, e, lambda run: run.share_at_attachments(), (0.5, 1.0)) for e in at],
     )
     torn = ", ".join(named("corners torn", CORNERS, e, lambda run: len(run.torn), (0, 4)).text() for e in at)
     for which, later, claim in (
@@ -222,14 +195,11 @@ def of_attachments(runs):
         ("first and second", 1, "Corners fail one by one"),
     ):
         gap = lambda run: 1e6 * (run.torn[later] - run.torn[0]) if len(run.torn) > 1 else math.nan
-        claims.append(
-            Claim(
-                "P3",
-                claim,
-                f"{which} corner that tears off more than {number(APART)} µs apart",
-                [named("µs apart", CORNERS, e, gap, (APART, math.inf)) for e in at],
-                torn,
-            )
+        add(
+            claim,
+            f"{which} corner that tears off more than {number(APART)} µs apart",
+            [named("µs apart", CORNERS, e, gap, (APART, math.inf)) for e in at],
+            torn,
         )
     for kind in (FOUR_SIDES, TWO_SIDES):
         text = lambda e, value: runs.mean_of(kind, STOCHASTIC, e, value).text(2)
@@ -241,15 +211,12 @@ def of_attachments(runs):
         if kind == TWO_SIDES:
             note += "; the tear runs through the middle from one free edge to the other"
         more = lambda run: run.share_at_centre() - run.share_at_attachments()
-        claims.append(
-            Claim(
-                "P3",
-                f"Clamped sheets fail at the centre, {kind}",
-                "a larger share of the failed segments within 2 radii of the projectile from the centre than within 5 yarns of "
-                "the clamps",
-                [named("difference of the shares", kind, e, more, (0.0, 1.0)) for e in at],
-                note,
-            )
+        add(
+            f"Clamped sheets fail at the centre, {kind}",
+            "a larger share of the failed segments within 2 radii of the projectile from the centre than within 5 yarns of "
+            "the clamps",
+            [named("difference of the shares", kind, e, more, (0.0, 1.0)) for e in at],
+            note,
         )
     return claims
 
@@ -264,30 +231,20 @@ STRAIN_CLAIM = "Strain energy is two to four times larger in uniform sheets than
 
 def of_uniform(runs):
     """Claims about uniform against stochastic yarn (P3, Figs 18 to 20)."""
-    claims = []
+    add = adder(claims := [])
     for kind in (FOUR_SIDES, TWO_SIDES):
         energies = runs.uncapped((kind, STOCHASTIC), (kind, UNIFORM))
-        claims.append(
-            Claim(
-                "P3",
-                f"Uniform yarn over-predicts slightly, {kind}",
-                f"ratio in {number(SLIGHTLY[0])} to {number(SLIGHTLY[1])}, at every energy at which nothing is arrested",
-                [yarns_ratio(runs, kind, UNIFORM, STOCHASTIC, e, lambda run: run.at_detached(), SLIGHTLY, 3) for e in energies],
-            )
+        add(
+            f"Uniform yarn over-predicts slightly, {kind}",
+            f"ratio in {number(SLIGHTLY[0])} to {number(SLIGHTLY[1])}, at every energy at which nothing is arrested",
+            [yarns_ratio(runs, kind, UNIFORM, STOCHASTIC, e, lambda run: run.at_detached(), SLIGHTLY, 3) for e in energies],
         )
     slow, fast = runs.history_energies
     for what, value in STRAINS:
-        claims.append(
-            Claim(
-                "P3",
-                STRAIN_CLAIM.format(what),
-                f"ratio in 2 to 4, at {number(slow)} and {number(fast)} J",
-                [
-                    yarns_ratio(runs, kind, UNIFORM, STOCHASTIC, e, value, TWO_TO_FOUR)
-                    for kind in ATTACHMENTS
-                    for e in (slow, fast)
-                ],
-            )
+        add(
+            STRAIN_CLAIM.format(what),
+            f"ratio in 2 to 4, at {number(slow)} and {number(fast)} J",
+            [yarns_ratio(runs, kind, UNIFORM, STOCHASTIC, e, value, TWO_TO_FOUR) for kind in ATTACHMENTS for e in (slow, fast)],
         )
     return claims + of_corners(runs) + of_points(runs)
 
@@ -306,7 +263,7 @@ def of_corners(runs):
             lambda run: run.failed_corners or math.nan,
         ),
     ]
-    claims, energies = [], runs.energies_among(ABOUT_LIMIT)
+    add, energies = adder(claims := []), runs.energies_among(ABOUT_LIMIT)
     for yarn, saying, allowed in (
         (UNIFORM, "Near the limit uniform sheets fail at all four corners", FOUR),
         (STOCHASTIC, "Near the limit stochastic sheets fail at one or two corners", ONE_OR_TWO),
@@ -323,18 +280,12 @@ def of_corners(runs):
                 )
             if yarn == UNIFORM:
                 texts[-1:] = [text + "; a mirror-symmetric sheet fails at all four or at none" for text in texts[-1:]]
-            claims.append(
-                Claim(
-                    "P3",
-                    f"{saying} ({how})",
-                    f"{what}: {allowed[0]} to {allowed[1]}, at the first impact energy at which more than half of the runs are "
-                    f"not arrested",
-                    [
-                        Check(f"{yarn}, {number(energy)} J", runs.mean_of(CORNERS, yarn, energy, value), allowed)
-                        for energy in limit
-                    ],
-                    "; ".join(texts),
-                )
+            add(
+                f"{saying} ({how})",
+                f"{what}: {allowed[0]} to {allowed[1]}, at the first impact energy at which more than half of the runs are "
+                f"not arrested",
+                [Check(f"{yarn}, {number(energy)} J", runs.mean_of(CORNERS, yarn, energy, value), allowed) for energy in limit],
+                "; ".join(texts),
             )
     return claims
 
@@ -346,7 +297,7 @@ def two_or_four(counts):
 
 def of_points(runs):
     """At how many points uniform clamped sheets fail."""
-    claims = []
+    add = adder(claims := [])
     for yarn, sheet in ((UNIFORM, "whole sheet"), (SYMMETRIC, "mirror-symmetric sheet")):
         for how, key, what in (
             ("segments that fail first", "segments", "segments that fail first, within one step of one another"),
@@ -359,14 +310,11 @@ def of_points(runs):
                     name = f"{kind}, {number(energy)} J"
                     means.append(f"{name} {Estimate.mean(counts).text(1)}")
                     checks.append(Check(name, two_or_four(counts), MOST))
-            claims.append(
-                Claim(
-                    "P3",
-                    f"Uniform clamped sheets fail at two or four points ({how}, {sheet})",
-                    f"two or four {what}: in more than half of the runs",
-                    checks,
-                    f"mean number: {', '.join(means)}",
-                )
+            add(
+                f"Uniform clamped sheets fail at two or four points ({how}, {sheet})",
+                f"two or four {what}: in more than half of the runs",
+                checks,
+                f"mean number: {', '.join(means)}",
             )
     return claims
 
@@ -435,39 +383,32 @@ def of_map(runs):
     checks = [Check(cell.name(), cell.ratio, TWOFOLD) for cell in every]
     verdicts = [check.verdict() for check in checks]
     inside, outside, across = (verdicts.count(verdict) for verdict in (AGREES, DOES_NOT, UNDECIDED))
-    claims = [
-        Claim(
-            "P3",
-            "Uniform yarn over-predicts about twofold near the limit, corners (absorbed energy; preset washers, whole sheet, "
-            "one sample per segment, when detached)",
-            allows,
-            plain(UNIFORM, "detached"),
-            whole=verdict_of_any,
-        ),
-        Claim(
-            "P3",
-            'The same, dissipated energy ("work done by the yarn") of the mirror-symmetric sheet, when detached',
-            allows,
-            plain(SYMMETRIC, "dissipated, detached"),
-            whole=verdict_of_any,
-        ),
-        # Only the greatest ratios are worth a line in the table.
-        Claim(
-            "P3",
-            "The same under some reading of what the paper leaves open (the map; its three greatest ratios)",
-            allows,
-            sorted(checks, key=lambda check: -check.ours.value)[:3],
-            f"of {len(every)} ratios {inside} lie inside, {outside} outside, {across} across an edge",
-            verdict=verdict_of_any(verdicts),
-        ),
-    ]
+    add = adder(claims := [])
+    add(
+        "Uniform yarn over-predicts about twofold near the limit, corners (absorbed energy; preset washers, whole sheet, "
+        "one sample per segment, when detached)",
+        allows,
+        plain(UNIFORM, "detached"),
+        whole=verdict_of_any,
+    )
+    add(
+        'The same, dissipated energy ("work done by the yarn") of the mirror-symmetric sheet, when detached',
+        allows,
+        plain(SYMMETRIC, "dissipated, detached"),
+        whole=verdict_of_any,
+    )
+    # Only the greatest ratios are worth a line in the table.
+    add(
+        "The same under some reading of what the paper leaves open (the map; its three greatest ratios)",
+        allows,
+        sorted(checks, key=lambda check: -check.ours.value)[:3],
+        f"of {len(every)} ratios {inside} lie inside, {outside} outside, {across} across an edge",
+        verdict=verdict_of_any(verdicts),
+    )
     for what, value in STRAINS:
-        claims.append(
-            Claim(
-                "P3",
-                STRAIN_CLAIM.format(what + "; mirror-symmetric uniform sheet, near the limit"),
-                "ratio in 2 to 4",
-                [yarns_ratio(runs, CORNERS, SYMMETRIC, STOCHASTIC, e, value, TWO_TO_FOUR) for e in runs.map_energies],
-            )
+        add(
+            STRAIN_CLAIM.format(what + "; mirror-symmetric uniform sheet, near the limit"),
+            "ratio in 2 to 4",
+            [yarns_ratio(runs, CORNERS, SYMMETRIC, STOCHASTIC, e, value, TWO_TO_FOUR) for e in runs.map_energies],
         )
     return claims

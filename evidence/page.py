@@ -3,9 +3,9 @@
 import math
 
 from fabric_kernel import drawing
-from fabric_kernel.page import power, printed
+from fabric_kernel.page import Page, power, printed
 
-__all__ = ["errors", "lines", "markdown", "power", "printed", "same", "shown", "significant", "table"]
+__all__ = ["Page", "errors", "lines", "markdown", "power", "printed", "same", "shown", "significant", "table"]
 
 
 def markdown(heading, rows, text=0):

@@ -8,10 +8,9 @@ import pathlib
 import platform
 import shutil
 import subprocess
-import tempfile
-import unittest
 
 import fmpy
+import pytest
 from host import library, opened
 
 HEADERS = pathlib.Path(fmpy.__file__).parent / "c-code"
@@ -26,29 +25,24 @@ def build(source, version, folder, *options):
     return program
 
 
-class Calls(unittest.TestCase):
-    def check(self, *under):
-        for version in (2, 3):
-            token = opened(version)[0].guid
-            with tempfile.TemporaryDirectory() as folder:
-                program = build(SOURCES / f"calls{version}.c", version, folder, "-g")
-                run = subprocess.run([*under, program, token], capture_output=True, text=True)
-            print(f"\nfigure 24: FMI {version}.0: {run.stdout.strip()}", flush=True)
-            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+VALGRIND = ["valgrind", "--quiet", "--leak-check=full", "--error-exitcode=9"]
+needs_valgrind = pytest.mark.skipif(not shutil.which("valgrind"), reason="valgrind is not installed")
 
-    def test_every_call_in_every_state(self):
-        self.check()
 
-    @unittest.skipUnless(shutil.which("valgrind"), "valgrind is not installed")
-    def test_no_byte_is_misread_or_lost(self):
-        self.check("valgrind", "--quiet", "--leak-check=full", "--error-exitcode=9")
+@pytest.mark.parametrize("under", [[], pytest.param(VALGRIND, marks=needs_valgrind)])
+def test_every_call_in_every_state(version, under, tmp_path):
+    """With valgrind: no byte is misread or lost."""
+    program = build(SOURCES / f"calls{version}.c", version, tmp_path, "-g")
+    run = subprocess.run([*under, program, opened(version)[0].guid], capture_output=True, text=True)
+    print(f"\nfigure 24: FMI {version}.0: {run.stdout.strip()}", flush=True)
+    assert run.returncode == 0, run.stdout + run.stderr
 
-    @unittest.skipUnless(platform.machine() == "x86_64", "the C host sets x86's control register")
-    def test_a_changed_environment_changes_no_bit_and_comes_back(self):
-        with tempfile.TemporaryDirectory() as folder:
-            # -O0: the compiler must not move the steps' arguments across the change.
-            program = build(pathlib.Path(__file__).with_name("environment.c"), 2, folder, "-O0")
-            run = subprocess.run([program, opened(2)[0].guid], check=True, capture_output=True, text=True)
-        usual, *changed = run.stdout.split()
-        self.assertEqual(changed, [usual] * 5)
-        self.assertGreater(float.fromhex(usual), 0.0)
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="the C host sets x86's control register")
+def test_a_changed_environment_changes_no_bit_and_comes_back(tmp_path):
+    # -O0: the compiler must not move the steps' arguments across the change.
+    program = build(pathlib.Path(__file__).with_name("environment.c"), 2, tmp_path, "-O0")
+    run = subprocess.run([program, opened(2)[0].guid], check=True, capture_output=True, text=True)
+    usual, *changed = run.stdout.split()
+    assert changed == [usual] * 5
+    assert float.fromhex(usual) > 0.0

@@ -4,10 +4,9 @@ import json
 import pathlib
 import subprocess
 import sys
-import tempfile
-import unittest
 
 import fmpy
+import pytest
 from host import ARCHIVES, opened
 from test_calls import build
 
@@ -32,46 +31,41 @@ def ecos(version, h, steps):
     return values
 
 
-class Importers(unittest.TestCase):
-    def test_the_same_bits_everywhere(self):
-        found = {}
-        with tempfile.TemporaryDirectory() as folder:
-            loop = build(pathlib.Path(__file__).with_name("loop.c"), 2, folder)
-            for h, steps in STEPS:
-                run = subprocess.run([loop, opened(2)[0].guid, repr(h), str(steps)], check=True, capture_output=True, text=True)
-                for version, line in zip((2, 3), run.stdout.splitlines()):
-                    found["C", version, h] = [float.fromhex(value) for value in line.split()]
-        ecospy = ""
-        for h, steps in STEPS:
-            for version in (2, 3):
-                rows = fmpy.simulate_fmu(
-                    str(ARCHIVES[version]),
-                    fmi_type="CoSimulation",
-                    start_values=GRID,
-                    output=OUTPUTS,
-                    stop_time=END,
-                    step_size=h,
-                    output_interval=h,
-                )
-                self.assertAlmostEqual(rows[-1]["time"], END, delta=1e-12)
-                found["FMPy", version, h] = [float(rows[-1][name]) for name in OUTPUTS]
-                code = [sys.executable, __file__, str(version), repr(h), str(steps)]
-                run = subprocess.run(code, capture_output=True, text=True)
-                if run.returncode == 3:
-                    ecospy = "ecospy cannot be loaded (it needs libtbb12)"
-                    continue
-                self.assertEqual(run.returncode, 0, run.stderr)
-                found["ecospy", version, h] = json.loads(run.stdout.splitlines()[-1])
-        expected = found["C", 2, 1e-6]
-        self.assertGreater(expected[0], 1.0)
-        self.assertGreaterEqual(len(found), 12)
-        for name, values in found.items():
-            self.assertEqual(values, expected, name)
-        print(f"\n  {len(found)} runs, contact work {expected[0]!r} J")
-        hosts = sorted({name for name, *_ in found})
-        print(f"figure 25: the same bits in {', '.join(hosts)}", flush=True)
-        if ecospy:
-            self.skipTest(ecospy)
+def test_the_same_bits_everywhere(tmp_path):
+    found, ecospy, loop = {}, "", build(pathlib.Path(__file__).with_name("loop.c"), 2, tmp_path)
+    for h, steps in STEPS:
+        run = subprocess.run([loop, opened(2)[0].guid, repr(h), str(steps)], check=True, capture_output=True, text=True)
+        for version, line in zip((2, 3), run.stdout.splitlines()):
+            found["C", version, h] = [float.fromhex(value) for value in line.split()]
+        for version in (2, 3):
+            rows = fmpy.simulate_fmu(
+                str(ARCHIVES[version]),
+                fmi_type="CoSimulation",
+                start_values=GRID,
+                output=OUTPUTS,
+                stop_time=END,
+                step_size=h,
+                output_interval=h,
+            )
+            assert abs(rows[-1]["time"] - END) <= 1e-12
+            found["FMPy", version, h] = [float(rows[-1][name]) for name in OUTPUTS]
+            code = [sys.executable, __file__, str(version), repr(h), str(steps)]
+            run = subprocess.run(code, capture_output=True, text=True)
+            if run.returncode == 3:
+                ecospy = "ecospy cannot be loaded (it needs libtbb12)"
+                continue
+            assert run.returncode == 0, run.stderr
+            found["ecospy", version, h] = json.loads(run.stdout.splitlines()[-1])
+    expected = found["C", 2, 1e-6]
+    assert expected[0] > 1.0
+    assert len(found) >= 12
+    for name, values in found.items():
+        assert values == expected, name
+    print(f"\n  {len(found)} runs, contact work {expected[0]!r} J")
+    hosts = sorted({name for name, *_ in found})
+    print(f"figure 25: the same bits in {', '.join(hosts)}", flush=True)
+    if ecospy:
+        pytest.skip(ecospy)
 
 
 if __name__ == "__main__":

@@ -3,10 +3,9 @@
 import contextlib
 import itertools
 import math
-import unittest
 
 from fmpy.fmi1 import FMICallException
-from host import ERROR, FOUR_CORNERS, FOUR_SIDES, OK, PRESCRIBED, SPHERE, WARNING, Host, hosts, size_of
+from host import ERROR, FOUR_CORNERS, FOUR_SIDES, OK, PRESCRIBED, SPHERE, WARNING, Host, size_of
 from test_description import stated, tree
 
 H = 1e-6
@@ -101,63 +100,59 @@ def expected_strain(nodes):
     return 2 * nodes * (nodes - 1) * 0.5 * modulus * area * spacing / 1.001 * (0.5 * (1.001**2 - 1.0)) ** 2
 
 
-class Values(unittest.TestCase):
-    def test_a_taut_sheet(self):
-        for host in hosts():
-            self.assertEqual(host.begin({**TAUT, "yarn.stochastic": False}), OK)
-            energy = host.get("energy.strain")
-            print(
-                f"\nFMI {host.version}: energy.strain {energy:.4f} J, fabric.max_stretch {host.get('fabric.max_stretch'):.4f}",
-                end="",
-            )
-            print(
-                f", ply.strain[1] {host.get('ply.strain')[0]:.4f} J, step.fraction {host.get('step.fraction'):.3f}",
-                end=" ",
-                flush=True,
-            )
-            self.assertAlmostEqual(energy / expected_strain(105), 1.0, 9)
-            self.assertAlmostEqual(host.get("fabric.max_stretch"), 1.001, 12)
-            self.assertEqual(host.get("ply.strain"), [energy] + [0.0] * 7)
-            self.assertTrue(0.1 < host.get("step.fraction") <= 0.5)
+def test_a_taut_sheet(version):
+    host = Host(version)
+    assert host.begin({**TAUT, "yarn.stochastic": False}) == OK
+    energy = host.get("energy.strain")
+    print(f"\nFMI {host.version}: energy.strain {energy:.4f} J, fabric.max_stretch {host.get('fabric.max_stretch'):.4f}", end="")
+    print(
+        f", ply.strain[1] {host.get('ply.strain')[0]:.4f} J, step.fraction {host.get('step.fraction'):.3f}", end=" ", flush=True
+    )
+    assert abs(energy / expected_strain(105) - 1.0) < 5e-10
+    assert abs(host.get("fabric.max_stretch") - 1.001) < 5e-13
+    assert host.get("ply.strain") == [energy] + [0.0] * 7
+    assert 0.1 < host.get("step.fraction") <= 0.5
 
-    def test_they_are_those_of_the_first_point(self):
-        """Bit by bit, and reading them changes neither a saved state nor the run; a parameter that is set after it counts."""
-        for version in (2, 3):
-            for scene in SCENES:
-                plain, host = Host(version), Host(version)
-                self.assertEqual(plain.begin(scene), OK)
-                self.assertEqual(host.begin({**scene, "seed": 77}), OK, host.log)
-                host.outputs()
-                self.assertEqual(host.try_set("seed", 1), OK)
-                read = host.outputs()
-                self.assertEqual(host.image(), plain.image())
-                for each in (plain, host):
-                    self.assertEqual(each.attempt(each.fmu.exitInitializationMode), OK, each.log)
-                    self.assertEqual(each.outputs(), read)
-                self.assertEqual(host.run(0, 5, H).image(), plain.run(0, 5, H).image())
 
-    def test_a_scene_that_is_none_yet_has_no_outputs(self):
-        for host in hosts():
-            spacing = float(host.variables["sheet.spacing"].start)
-            self.assertEqual(host.begin({**SPHERE, "sheet.spacing": 0.0}), OK)
-            self.assertEqual(host.attempt(host.read, [host.variables["energy.strain"]]), ERROR)
-            self.assertTrue(host.said("sheet.spacing: must be greater than zero; it is 0"), host.log)
-            self.assertEqual(host.get("sheet.spacing"), 0.0)
-            self.assertEqual(host.try_set("sheet.spacing", spacing), OK)
-            self.assertEqual(host.get("energy.strain"), 0.0)
-            self.assertEqual(host.attempt(host.fmu.exitInitializationMode), OK)
+def test_they_are_those_of_the_first_point(version):
+    """Bit by bit, and reading them changes neither a saved state nor the run; a parameter that is set after it counts."""
+    for scene in SCENES:
+        plain, host = Host(version), Host(version)
+        assert plain.begin(scene) == OK
+        assert host.begin({**scene, "seed": 77}) == OK, host.log
+        host.outputs()
+        assert host.try_set("seed", 1) == OK
+        read = host.outputs()
+        assert host.image() == plain.image()
+        for each in (plain, host):
+            assert each.attempt(each.fmu.exitInitializationMode) == OK, each.log
+            assert each.outputs() == read
+        assert host.run(0, 5, H).image() == plain.run(0, 5, H).image()
 
-    def test_a_state_of_initialisation_can_be_restored(self):
-        for host in hosts():
-            host.begin(TAUT)
-            energy, state = host.get("energy.strain"), host.save()
-            host.set(seed=5)
-            self.assertNotEqual(host.get("energy.strain"), energy)
-            self.assertEqual(host.restore(state), OK)
-            self.assertEqual(host.get("energy.strain"), energy)
-            self.assertEqual(host.attempt(host.fmu.exitInitializationMode), OK)
-            self.assertEqual(host.restore(state), OK)
-            self.assertEqual(host.try_set("seed", 5), OK)
+
+def test_a_scene_that_is_none_yet_has_no_outputs(version):
+    host = Host(version)
+    spacing = float(host.variables["sheet.spacing"].start)
+    assert host.begin({**SPHERE, "sheet.spacing": 0.0}) == OK
+    assert host.attempt(host.read, [host.variables["energy.strain"]]) == ERROR
+    assert host.said("sheet.spacing: must be greater than zero; it is 0"), host.log
+    assert host.get("sheet.spacing") == 0.0
+    assert host.try_set("sheet.spacing", spacing) == OK
+    assert host.get("energy.strain") == 0.0
+    assert host.attempt(host.fmu.exitInitializationMode) == OK
+
+
+def test_a_state_of_initialisation_can_be_restored(version):
+    host = Host(version)
+    host.begin(TAUT)
+    energy, state = host.get("energy.strain"), host.save()
+    host.set(seed=5)
+    assert host.get("energy.strain") != energy
+    assert host.restore(state) == OK
+    assert host.get("energy.strain") == energy
+    assert host.attempt(host.fmu.exitInitializationMode) == OK
+    assert host.restore(state) == OK
+    assert host.try_set("seed", 5) == OK
 
 
 def others(variable, value):
@@ -198,105 +193,96 @@ def changed(before, now):
     }
 
 
-class Dependencies(unittest.TestCase):
-    def found(self, host, knowns):
-        """Sets one known after the other to other values and back: outputs that change, with what changes them; values taken of
-        each known."""
-        read, found, taken = reader(host), {}, dict.fromkeys(knowns, 0)
-        before = read()
-        for known in knowns:
-            value = host.get(known)
-            elements = value if isinstance(value, list) else [value]
-            for place, other in itertools.product({0, len(elements) - 1}, range(7)):
-                values = [*elements]
-                values[place] = others(host.variables[known], elements[place])[other]
-                if host.try_set(known, values) <= WARNING:
-                    with contextlib.suppress(FMICallException):  # a scene that is none
-                        now = read()
-                        taken[known] += values != elements
-                        for output in changed(before, now):
-                            found.setdefault(output, set()).add(known)
-                    self.assertEqual(host.try_set(known, elements), OK)
-        return found, taken
+def found_of(host, knowns):
+    """Sets one known after the other to other values and back: outputs that change, with what changes them; values taken of
+    each known."""
+    read, found, taken = reader(host), {}, dict.fromkeys(knowns, 0)
+    before = read()
+    for known in knowns:
+        value = host.get(known)
+        elements = value if isinstance(value, list) else [value]
+        for place, other in itertools.product({0, len(elements) - 1}, range(7)):
+            values = [*elements]
+            values[place] = others(host.variables[known], elements[place])[other]
+            if host.try_set(known, values) <= WARNING:
+                with contextlib.suppress(FMICallException):  # a scene that is none
+                    now = read()
+                    taken[known] += values != elements
+                    for output in changed(before, now):
+                        found.setdefault(output, set()).add(known)
+                assert host.try_set(known, elements) == OK
+    return found, taken
 
-    def compare(self, allowed, found):
-        """What changes an output is stated, and what is stated changes it."""
-        wrong = {
-            name: sorted(known - allowed[name])
-            for name, known in found.items()
-            if allowed[name] is not None and known - allowed[name]
-        }
-        idle = {
-            name: sorted(known - found.get(name, set()))
-            for name, known in allowed.items()
-            if known and known - found.get(name, set())
-        }
-        self.assertEqual((wrong, idle), ({}, {}))
-        # Where all are stated there are some; of arrays at the first element.
-        self.assertEqual(
-            [
-                name
-                for name, known in allowed.items()
-                if known is None and name.partition("[")[0] + "[1]" not in found and name not in found
-            ],
-            [],
-        )
 
-    def test_initial_values_depend_on_what_is_stated(self):
-        for version in (2, 3):
-            allowed, found, taken = stated(tree(version), version, "InitialUnknowns"), {}, {}
-            for scene in SCENES:
-                host = Host(version)
-                self.assertEqual(host.begin(scene), OK, host.log)
-                knowns = [v.name for v in host.variables.values() if v.causality in ("input", "parameter")]
-                some, counts = self.found(host, knowns)
-                for output, names in some.items():
-                    found.setdefault(output, set()).update(names)
-                taken = {known: taken.get(known, 0) + count for known, count in counts.items()}
-            self.assertEqual([known for known, count in taken.items() if count == 0], [])
-            self.compare(allowed, found)
-            print(f"\nFMI {version}: {sum(taken.values())} values of {len(taken)} knowns; ", end="")
-            print(
-                f"{sum(known is None for known in allowed.values())} outputs depend on all, {sum(map(bool, allowed.values()))} "
-                f"on those named",
-                end=" ",
-                flush=True,
-            )
+def compare(allowed, found):
+    """What changes an output is stated, and what is stated changes it."""
+    wrong = {
+        name: sorted(known - allowed[name])
+        for name, known in found.items()
+        if allowed[name] is not None and known - allowed[name]
+    }
+    idle = {
+        name: sorted(known - found.get(name, set()))
+        for name, known in allowed.items()
+        if known and known - found.get(name, set())
+    }
+    assert (wrong, idle) == ({}, {})
+    # Where all are stated there are some; of arrays at the first element.
+    assert [
+        name
+        for name, known in allowed.items()
+        if known is None and name.partition("[")[0] + "[1]" not in found and name not in found
+    ] == []
 
-    def test_the_initial_values_do_not_depend_on_the_start_time(self):
-        for version in (2, 3):
-            values = []
-            for start in (0.0, 1.0):
-                host = Host(version)
-                host.begin(TAUT, start=start)
-                values.append(host.outputs())
-            self.assertEqual(*values)
 
-    def test_a_time_that_numbers_do_not_resolve_is_refused(self):
-        for version in (2, 3):
-            host = Host(version)
-            self.assertEqual(host.initialise(TAUT, start=1e12), ERROR)
-            self.assertTrue(host.said("start time: near 1e12 s numbers are farther apart than an internal step"), host.log)
-            host = Host(version)
-            self.assertEqual(host.initialise(TAUT, start=1e3), OK)
-            self.assertEqual((host.step(1e3, 1e-14), host.step(1e3, 1e-6)), (ERROR, OK))
-            self.assertTrue(host.said("doStep: t + h is t"), host.log)
+def test_initial_values_depend_on_what_is_stated(version):
+    allowed, found, taken = stated(tree(version), version, "InitialUnknowns"), {}, {}
+    for scene in SCENES:
+        host = Host(version)
+        assert host.begin(scene) == OK, host.log
+        knowns = [v.name for v in host.variables.values() if v.causality in ("input", "parameter")]
+        some, counts = found_of(host, knowns)
+        for output, names in some.items():
+            found.setdefault(output, set()).update(names)
+        taken = {known: taken.get(known, 0) + count for known, count in counts.items()}
+    assert [known for known, count in taken.items() if count == 0] == []
+    compare(allowed, found)
+    print(f"\nFMI {version}: {sum(taken.values())} values of {len(taken)} knowns; ", end="")
+    print(
+        f"{sum(known is None for known in allowed.values())} outputs depend on all, {sum(map(bool, allowed.values()))} "
+        f"on those named",
+        end=" ",
+        flush=True,
+    )
 
-    def test_outputs_depend_at_once_on_what_is_stated(self):
-        for version in (2, 3):
-            allowed, found = stated(tree(version), version, "Outputs"), {}
-            for drive in (0, PRESCRIBED):
-                scene = {
-                    **SCENES[2],
-                    "stack.plies": 11,
-                    "sheet.crimp": [0.0, 0.0],
-                    "projectile.start.velocity[3]": 900.0,
-                    "drive": drive,
-                }
-                host = Host(version, scene).run(0, 20, H)
-                knowns = [v.name for v in host.variables.values() if v.causality == "input" or v.variability == "tunable"]
-                some, taken = self.found(host, knowns)
-                self.assertGreater(min(taken.values()), 0)
-                for output, names in some.items():
-                    found.setdefault(output, set()).update(names)
-            self.compare(allowed, found)
+
+def test_the_initial_values_do_not_depend_on_the_start_time(version):
+    values = []
+    for start in (0.0, 1.0):
+        host = Host(version)
+        host.begin(TAUT, start=start)
+        values.append(host.outputs())
+    assert values[0] == values[1]
+
+
+def test_a_time_that_numbers_do_not_resolve_is_refused(version):
+    host = Host(version)
+    assert host.initialise(TAUT, start=1e12) == ERROR
+    assert host.said("start time: near 1e12 s numbers are farther apart than an internal step"), host.log
+    host = Host(version)
+    assert host.initialise(TAUT, start=1e3) == OK
+    assert (host.step(1e3, 1e-14), host.step(1e3, 1e-6)) == (ERROR, OK)
+    assert host.said("doStep: t + h is t"), host.log
+
+
+def test_outputs_depend_at_once_on_what_is_stated(version):
+    allowed, found = stated(tree(version), version, "Outputs"), {}
+    for drive in (0, PRESCRIBED):
+        scene = {**SCENES[2], "stack.plies": 11, "sheet.crimp": [0.0, 0.0], "projectile.start.velocity[3]": 900.0, "drive": drive}
+        host = Host(version, scene).run(0, 20, H)
+        knowns = [v.name for v in host.variables.values() if v.causality == "input" or v.variability == "tunable"]
+        some, taken = found_of(host, knowns)
+        assert min(taken.values()) > 0
+        for output, names in some.items():
+            found.setdefault(output, set()).update(names)
+    compare(allowed, found)

@@ -9,10 +9,9 @@ import pathlib
 import platform as machine
 import shutil
 import subprocess
-import tempfile
-import unittest
 
 import fmpy
+import pytest
 from host import TARGET, opened
 
 WINE = shutil.which("wine64") or shutil.which("wine") or "/usr/lib/wine/wine64"
@@ -50,9 +49,9 @@ class Loader:
             compiler, self.runner = ["cc"], []
         self.folder2, self.program = platform, folder / f"loader-{platform}.exe"
         if not all((pathlib.Path(opened(v)[1]) / "binaries" / self.place(v)).exists() for v in (2, 3)):
-            raise unittest.SkipTest(f"{platform}: no binary in the archives; cargo xtask fmu --targets all says why")
+            pytest.skip(f"{platform}: no binary in the archives; cargo xtask fmu --targets all says why")
         if not all(shutil.which(tool) for tool in compiler + self.runner[:1]):
-            raise unittest.SkipTest(f"{platform}: {compiler[0]} or {self.runner[:1]} is missing (Debian: {packages})")
+            pytest.skip(f"{platform}: {compiler[0]} or {self.runner[:1]} is missing (Debian: {packages})")
         flags = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", f"-I{HEADERS}"]
         libraries = [] if platform == "win64" else ["-ldl"]
         subprocess.run([*compiler, *flags, LOADER, "-o", self.program, "-lm", *libraries], check=True)
@@ -73,44 +72,29 @@ class Loader:
         return run.stdout.splitlines()
 
 
-class Platforms(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.temporary = tempfile.TemporaryDirectory()
-        cls.folder = pathlib.Path(cls.temporary.name)
-        cls.here = Loader(HERE, cls.folder)
-        cls.expected, cls.states = {}, {}
-        for version in (2, 3):
-            cls.states[version] = cls.folder / f"here-{version}.state"
-            cls.expected[version] = cls.here.run(version, "save", cls.states[version])
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """The program of this machine; of each version what it printed and the file of its state."""
+    folder = tmp_path_factory.mktemp("here")
+    here, states = Loader(HERE, folder), {version: folder / f"{version}.state" for version in (2, 3)}
+    return here, {version: (here.run(version, "save", state), state) for version, state in states.items()}
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.temporary.cleanup()
 
-    def test_both_versions_give_the_same_bits(self):
-        self.assertEqual(self.expected[2], self.expected[3])
-        self.assertEqual(len(self.expected[2]), 7)
-        self.assertEqual(self.states[2].read_bytes(), self.states[3].read_bytes())
+def test_both_versions_give_the_same_bits(runs):
+    (two, of_two), (three, of_three) = runs[1].values()
+    assert two == three
+    assert len(two) == 7
+    assert of_two.read_bytes() == of_three.read_bytes()
 
-    def compare(self, platform):
-        there = Loader(platform, self.folder)
-        for version in (2, 3):
-            with self.subTest(platform=platform, version=version):
-                state = self.folder / f"{platform}-{version}.state"
-                lines = there.run(version, "save", state)
-                print(f"\n  {platform}, FMI {version}.0: {lines[-1]}", end="")
-                self.assertEqual(lines, self.expected[version])
-                self.assertEqual(state.read_bytes(), self.states[version].read_bytes())
-                # A state saved here goes on there, and the other way round.
-                self.assertEqual(there.run(version, "load", self.states[version]), self.expected[version][-4:])
-                self.assertEqual(self.here.run(version, "load", state), self.expected[version][-4:])
 
-    def test_linux64(self):
-        self.compare("linux64")
-
-    def test_win64(self):
-        self.compare("win64")
-
-    def test_aarch64_linux(self):
-        self.compare("aarch64-linux")
+@pytest.mark.parametrize("platform", PLATFORMS)
+def test_every_platform_gives_the_bits_of_this_one(runs, platform, tmp_path):
+    here, done = runs
+    there, state = Loader(platform, tmp_path), tmp_path / "state"
+    for version, (expected, own) in done.items():
+        lines = there.run(version, "save", state)
+        print(f"\n  {platform}, FMI {version}.0: {lines[-1]}", end="")
+        assert lines == expected, version
+        assert state.read_bytes() == own.read_bytes(), version
+        # A state saved here goes on there, and the other way round.
+        assert there.run(version, "load", own) == here.run(version, "load", state) == expected[-4:], version

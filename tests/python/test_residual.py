@@ -2,7 +2,6 @@
 
 import math
 import sys
-import unittest
 import unittest.mock
 
 import numpy
