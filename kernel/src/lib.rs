@@ -69,7 +69,7 @@ mod sweep;
 /// Floor 7: impulses. Between nodes and projectile, between plies, and their friction.
 mod contact;
 
-/// Floor 8: one time step. The sweep of the whole sheet, motion, one step and the theta rule, steps in blocks,
+/// Floor 8: one time step. The sweep of the whole sheet, motion, one step, the theta rule, steps in blocks,
 /// bands; read-outs, energy, outcomes.
 mod step;
 
