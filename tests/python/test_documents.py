@@ -58,7 +58,7 @@ def test_numbers():
     page = (TOP / "data/fabrics/README.md").read_text()
     scene = fk.Scene.parse(re.findall(r"```toml\n(.*?)```", page, re.DOTALL)[0])
     inviscid = scene.replace({f"yarn.viscosity_{kind}": 0.0 for kind in ("linear", "quadratic", "bending")})
-    absorbed = [f"{fk.fly(one)['absorbed']:.2f} J" for one in (scene, inviscid)]
+    absorbed = [f"{fk.fly(one).absorbed:.2f} J" for one in (scene, inviscid)]
     assert f"absorbs {absorbed[0]}, without viscosity {absorbed[1]}." in page
     page = (TOP / "docs/python.md").read_text()
     (program,) = (block for block in re.findall(r"```py\n(.*?)```", page, re.DOTALL) if "body" in block)
@@ -66,7 +66,7 @@ def test_numbers():
     exec(program.rpartition("rows")[0], names)
     for held, kind in (("two", "two_sides"), ("four", "four_sides")):
         row = fk.fly(names["scene"].replace({"attachment.kind": kind}), until=["detached"])
-        assert f"| {held} | {row['speed']:.2f} m/s, {row['absorbed']:.2f} J |" in page
+        assert f"| {held} | {row.speed:.2f} m/s, {row.absorbed:.2f} J |" in page
 
 
 def test_links():

@@ -191,7 +191,7 @@ fn bills() -> Made {
         [environment.join("bin/python"), folder.join("python.json")].map(|at| at.to_string_lossy().into_owned());
     let names = listed(&wheels)?;
     let own = |name: &&String| name.ends_with(&format!("_{}.whl", std::env::consts::ARCH));
-    let wheel = names.iter().find(own).map(|name| wheels.join(name).to_string_lossy().into_owned());
+    let wheel = names.iter().find(own).map(|name| format!("{}[all]", wheels.join(name).display()));
     let wheel = wheel.ok_or("no wheel of this machine")?;
     command("python3", &["-m", "venv", "--without-pip", &environment.to_string_lossy()])?;
     let pip =
