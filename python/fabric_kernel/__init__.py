@@ -13,6 +13,7 @@ from .compare import compare
 from .compared import model_error
 from .designs import Neyer
 from .ensembles import ClusterLost, ensemble, vary
+from .fields import to_xarray
 from .fragments import fragment_map
 from .notes import ModelWarning
 from .own_tests import own_tests
@@ -21,6 +22,7 @@ from .runs import Flight, fly, history
 from .shooter import Shooter
 from .v50 import v50
 
+Simulation.to_xarray = to_xarray  # type: ignore[method-assign, assignment]
 __version__ = VERSION
 __all__ = [
     "PRESETS",

@@ -54,3 +54,13 @@ def test_a_warning_has_a_kind():
     with pytest.warns(fk.ModelWarning) as said:
         fk.fly(fk.Scene("sheet_3in_sphere", step_check="none", sheet={"nodes_x": 11, "nodes_y": 11}), steps=2)
     assert "step_unchecked" in [one.message.kind for one in said]
+
+
+def test_fields_have_names_and_units():
+    pytest.importorskip("xarray")
+    simulation = fk.Simulation(fk.Scene("sheet_3in_sphere", sheet={"nodes_x": 13, "nodes_y": 11}))
+    simulation.step(4)
+    fields = simulation.to_xarray()
+    assert dict(fields.sizes) == {"ply": 1, "row": 11, "column": 13, "axis": 3, "segment_x": 12, "segment_y": 10}
+    assert (fields.position.sel(axis="z").values[0] == simulation.positions()[..., 2]).all()
+    assert (fields.position.units, fields.attrs["time"]) == ("m", simulation.time)
