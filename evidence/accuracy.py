@@ -4,10 +4,10 @@ impacts of the preset sphere (cases.py), and how often an error that was asked f
 from fabric_kernel import Scene, drawing, plot
 from fabric_kernel.about import scene_hash
 from fabric_kernel.accuracy import BARS, accuracy
-from fabric_kernel.page import markdown
 
 from . import kept
 from .cases import CASES, scene_of
+from .page import markdown
 from .study import SMOKE, machine
 
 ONE, HALF = BARS[:3], BARS[:4]

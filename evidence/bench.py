@@ -3,11 +3,10 @@
 import json
 from types import SimpleNamespace
 
-from fabric_kernel import drawing, page
 from fabric_kernel.drawing import Series
-from fabric_kernel.page import significant
 
-from . import short
+from . import page, short
+from .page import significant
 
 NS, US, MS = "ns per node-step", "us", "ms"
 TIGHT = "contact_capacity 7250"
@@ -216,4 +215,4 @@ def draw(rows, widest, path):
     add(f"whole run, {widest}", "dashed", "run", widest)
     for case in dict.fromkeys(row.case for row in rows if row.case.startswith("peers: ")):
         add(case.removeprefix("peers: ") + ", whole run", "marked", case, "compiled")
-    drawing.errors(path, "Time per node and step, one core", "nodes along a side", "time per node-step (ns)", series)
+    page.errors(path, "Time per node and step, one core", "nodes along a side", "time per node-step (ns)", series)

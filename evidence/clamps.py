@@ -11,8 +11,9 @@ Limits: washers do not fail as a whole; an endless clamp feeds cloth that no cla
 
 import itertools
 
-from fabric_kernel import Scene, Simulation, drawing, page
+from fabric_kernel import Scene, Simulation, drawing
 
+from . import page
 from .hits import BISECTION, limit
 from .paper_runs import ATTACHMENTS, SMALL, STOCHASTIC, Point
 from .statistics import Estimate

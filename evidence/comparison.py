@@ -3,8 +3,7 @@
 import math
 from typing import NamedTuple
 
-from fabric_kernel import page
-
+from . import page
 from .statistics import Estimate, verdict_of_all
 
 RULE = (

@@ -17,12 +17,13 @@ Limit: the kink is some spacings wide, and the strain before it is still falling
 import math
 
 import numpy
-from fabric_kernel import Simulation, page
+from fabric_kernel import Simulation
 
+from . import page
 from .comparison import Comparison, Point, about, exact
 from .hits import sheet
-from .overshoot import VISCOUS, smith, viscous
 from .study import FULL
+from .viscosity import VISCOUS, smith, viscous
 from .yarn import slope
 
 # Impact velocities, m/s; radius of the sphere, m, and its mass, kg; where the front is, in parts of the deepest deflection.

@@ -17,8 +17,9 @@ ensemble; the interface energy error, which is what the host's sphere lost less 
 import math
 from typing import NamedTuple
 
-from fabric_kernel import Simulation, drawing, page
+from fabric_kernel import Simulation
 
+from . import page
 from .cases import CASES, ROUNDING, node_steps, scene_of
 from .statistics import deviation, mean
 from .study import SMOKE, clock
@@ -181,7 +182,7 @@ def draw(study, rows):
         ("_more", velocity, names[:2] + names[8:]),
         ("", interface, names[:6]),
     ):
-        series = drawing.lines([row for row in rows if row["scheme"] in chosen], "scheme", "H s", lambda row: abs(row[key]))
+        series = page.lines([row for row in rows if row["scheme"] in chosen], "scheme", "H s", lambda row: abs(row[key]))
         file = f"coupling{part}_{measure}.svg"
-        drawing.errors(study.folder / file, f"Sphere moved by a host, 40 J: {what}", "communication step H (s)", label, series)
-        study.picture(file, f"accuracy_{file}")
+        page.errors(study.folder / file, f"Sphere moved by a host, 40 J: {what}", "communication step H (s)", label, series)
+    study.picture("coupling_velocity.svg", "accuracy_coupling_velocity.svg")

@@ -6,11 +6,12 @@ bonded.
 Limit: one hit each; the node spacing decides, too (docs/validation.md, "Spacing").
 """
 
-from fabric_kernel import Scene, Simulation, page
+from fabric_kernel import Scene, Simulation
 
+from . import page
 from .hits import between
-from .overshoot import NONE, viscous
 from .study import FULL
+from .viscosity import NONE, viscous
 
 RADIUS, TIME, WIDTH, STRIDE = 2.8e-3, 6e-6, 0.06, 1.03
 FABRICS, MASSES, PLIES = ("kevlar_km2_s706", "zylon_as_500_35"), (1.1e-3, 8.4e-3), (1, 20)

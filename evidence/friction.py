@@ -11,9 +11,9 @@ Limit: beyond the first failure the model is chaotic, so a run is one sample; bi
 
 import math
 
-from fabric_kernel import Scene, page
+from fabric_kernel import Scene
 
-from . import plies
+from . import page, plies
 from .hits import BISECTION, impact, limit, shot
 from .statistics import Estimate, standard_error
 from .study import QUICK, SMOKE, TOP

@@ -11,12 +11,13 @@ ballistic limits are compared by the likelihood of a shift (fabric_kernel/networ
 
 import math
 
-from fabric_kernel import Scene, Shooter, Simulation, drawing, page
+from fabric_kernel import Scene, Shooter, Simulation, drawing
 from fabric_kernel.designs import Neyer
 from fabric_kernel.network import shift_of
 from fabric_kernel.shots import Shot, shots_of
 from fabric_kernel.textile import spacings
 
+from . import page
 from .cases import ROUNDING, node_steps
 from .hits import shot
 from .mesh import scene_of

@@ -1,6 +1,6 @@
 """How often `fabric accuracy` keeps the error that it was asked for: random scenes, whose recommended settings are shot anew.
 
-Method: sheets of three fabrics, 20 to 30 mm wide, one to 20 bonded plies, at most a tenth of the width thick; spheres,
+Method: sheets of three fabrics, 15 to 25 mm wide, one to 20 bonded plies, at most a tenth of the width thick; spheres,
 cylinders, cubes and fragment simulators of steel. Each is asked for 1, 2 and 5 % of the largest deflection below the limit, in
 hits that stop and fail nothing (a stopped body absorbs its own energy, whatever the settings), and for 5 % of the absorbed energy
 above it, in hits that go through. The mean of the recommended number of shots, with other samples, is compared with that on a
@@ -17,14 +17,14 @@ import numpy
 import scipy.stats
 from fabric_kernel import Scene, ensembles
 from fabric_kernel.accuracy import Setting, accuracy
-from fabric_kernel.page import markdown
 from fabric_kernel.runs import DECIDED, STEPS, UNTIL, flown
 from fabric_kernel.sensitivity import crossing
 
+from .page import markdown
 from .study import clock
 
 FABRICS = ("kevlar_km2_s706", "zylon_as_500_35", "powell_zohdi_2009")
-BARS, WIDTHS, SIZES = (4.0, 2.0, 1.0, 0.5), (20.0, 30.0), (4.0, 8.0)
+BARS, WIDTHS, SIZES = (4.0, 2.0, 1.0, 0.5), (15.0, 25.0), (4.0, 8.0)
 """Networks; width of the sheet and size of a body, mm."""
 ASKED = (("deflection", 1.0), ("deflection", 2.0), ("deflection", 5.0), ("absorbed", 5.0))
 OTHER = 10**6

@@ -7,8 +7,9 @@ the last two graded. All bodies weigh 1.1 g.
 Limits: few hits; a quarter of a yarn for two bodies on ten plies, with thickness only.
 """
 
-from fabric_kernel import Scene, drawing, page
+from fabric_kernel import Scene, drawing
 
+from . import page
 from .comparison import mean_of
 from .hits import BISECTION, GRADED, impact, limit, sheet, shot
 from .oneply import THICKNESS

@@ -14,9 +14,10 @@ import math
 import os
 import subprocess
 
-from fabric_kernel import Simulation, drawing, page
+from fabric_kernel import Simulation, drawing
 from fabric_kernel.search import bisected
 
+from . import page
 from .hits import bracket, impact, sheet
 from .study import FULL, TOP
 

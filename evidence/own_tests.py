@@ -12,7 +12,8 @@ import numpy
 import scipy.special
 import scipy.stats
 from fabric_kernel.family import Tested, pool_of, trends
-from fabric_kernel.page import markdown
+
+from .page import markdown
 
 BIAS, ERROR, TREND, RANGE = 0.2, 0.03, 0.2, (2.5, 7.5)
 COUNTS, SCATTERS = range(2, 11), (0.02, 0.05, 0.15)

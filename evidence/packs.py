@@ -16,13 +16,14 @@ import tomllib
 from typing import NamedTuple
 
 import scipy.stats
-from fabric_kernel import drawing, page
+from fabric_kernel import drawing
 
+from . import page
 from .comparison import Comparison, Point, mean_of
 from .hits import BISECTION, GRADED, limit, sheet, shot
-from .overshoot import VISCOUS, viscous
 from .statistics import Estimate, deviation, mean
 from .study import FULL, TOP
+from .viscosity import VISCOUS, viscous
 
 # Width of the sheet in short form, m; time after which an impact is given up, s.
 NARROW, LONGEST = 0.04, 2e-3

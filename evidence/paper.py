@@ -10,10 +10,10 @@ import math
 from types import SimpleNamespace
 
 import numpy
-from fabric_kernel import drawing, page, yarn_of_fibrils, yarns_of_fibrils
+from fabric_kernel import drawing, yarn_of_fibrils, yarns_of_fibrils
 from fabric_kernel.drawing import Series
 
-from . import claims, short
+from . import claims, page
 from .paper_runs import (
     ATTACHMENTS,
     CORNERS,
@@ -73,12 +73,11 @@ def answer(study):
         )
     study.write("points", point_rows(runs))
     report(study, runs, micro, found)
-    if study.docs:
-        text = f"{runs.scope}\n\n{RULE}\n\n{page.markdown(claims.HEADING, [claim.row() for claim in found], 6)}"
-        short.write(study.docs, "paper_claims", "The paper's claims, and our answers", f"{study.command} --docs docs", text)
-        limits = page.markdown(*limits_table(runs), 2)
-        text = f"{runs.scope}\n\n{QUESTION}\n\n{page.markdown(*map_table(runs), 4)}\n## Ballistic limits\n\n{LIMITS}\n\n{limits}"
-        short.write(study.docs, "paper_map", "The map of the open question", f"{study.command} --docs docs", text)
+    text = f"{runs.scope}\n\n{RULE}\n\n{page.markdown(claims.HEADING, [claim.row() for claim in found], 6)}"
+    study.table("paper_claims", "The paper's claims, and our answers", text)
+    limits = page.markdown(*limits_table(runs), 2)
+    text = f"{runs.scope}\n\n{QUESTION}\n\n{page.markdown(*map_table(runs), 4)}\n## Ballistic limits\n\n{LIMITS}\n\n{limits}"
+    study.table("paper_map", "The map of the open question", text)
 
 
 def stress(yarn, stretches):

@@ -12,10 +12,10 @@ The measured packs are in packs.py.
 
 import math
 
-from fabric_kernel import Scene, drawing, page
+from fabric_kernel import Scene, drawing
 from fabric_kernel.drawing import Series
 
-from . import friction
+from . import friction, page
 from .hits import BISECTION, impact, limit, sheet, shot
 from .statistics import Estimate
 from .study import SMOKE

@@ -10,10 +10,10 @@ Limit: crimp is left out, as the published modulus is that of the stretched fabr
 import math
 
 import numpy
-from fabric_kernel import Scene, Simulation, page
+from fabric_kernel import Scene, Simulation
 from scipy.optimize import brentq
 
-from . import strength
+from . import page, strength
 from .comparison import Comparison, Point, about, exact
 
 # Allowed error; gauge length, m, and mass of a node, kg; strain at which the modulus is read, strain at the end, and steps until

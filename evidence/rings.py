@@ -8,8 +8,9 @@ Limit: turns are bonded plies; one velocity, one fabric. What a case does to a f
 
 import math
 
-from fabric_kernel import Scene, Simulation, drawing, page
+from fabric_kernel import Scene, Simulation, drawing
 
+from . import page
 from .hits import between
 from .statistics import mean
 from .study import FULL

@@ -7,8 +7,9 @@ are compared with the same run of velocity Verlet. The second case ends before t
 import math
 
 import numpy
-from fabric_kernel import Scene, Simulation, drawing, page
+from fabric_kernel import Scene, Simulation
 
+from . import page
 from .cases import node_steps
 from .study import SMOKE
 
@@ -85,12 +86,12 @@ def answer(study):
             )
     study.write("smooth", rows)
     plain = [row for row in rows if row["case"] == "no damage"]
-    drawing.errors(
+    page.errors(
         study.folder / "smooth_position_steps.svg",
         "Smooth motion, steps of 0.7 to 1/32 dt_crit",
         "node-steps (force evaluations)",
         "largest position error (m)",
-        drawing.lines(plain, "integrator", "node-steps", lambda row: row["position error m"]),
+        page.lines(plain, "integrator", "node-steps", lambda row: row["position error m"]),
     )
     study.picture("smooth_position_steps.svg", "accuracy_smooth_position_steps.svg")
     words, sound = verdict(rows)

@@ -15,14 +15,15 @@ differ by their place in a cell. The energy is that at twice a velocity near the
 
 import math
 
-from fabric_kernel import drawing, page
+from fabric_kernel import drawing
 from fabric_kernel.drawing import Series
 
+from . import page
 from .comparison import Comparison, Point, about, mean_of
 from .hits import BISECTION, impact, limit, sheet, shot
-from .overshoot import NONE, VISCOUS, viscosity_name, viscous
 from .statistics import Estimate, deviation, mean
 from .study import FULL
+from .viscosity import NONE, VISCOUS, viscosity_name, viscous
 
 # Width of the sheet, m; time after which an impact is given up, s; a steel sphere.
 WIDTH, LONGEST, SPHERE = 0.0508, 2e-3, {"projectile.shape": "sphere", "projectile.radius": 3.175e-3, "projectile.mass": 1.05e-3}

@@ -6,7 +6,9 @@ projectile does with it is the finding; extreme scenes whose outcome is known ar
 
 import math
 
-from fabric_kernel import Failed, Scene, Simulation, drawing, page
+from fabric_kernel import Failed, Scene, Simulation, drawing
+
+from . import page
 
 NODES, TIME = 41, 150e-6
 FRACTIONS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2)

@@ -12,8 +12,9 @@ import math
 import tomllib
 
 import numpy
-from fabric_kernel import Scene, Simulation, page
+from fabric_kernel import Scene, Simulation
 
+from . import page
 from .comparison import Comparison, Point, about
 from .statistics import Estimate, deviation, mean
 from .study import FULL, TOP

@@ -16,10 +16,10 @@ import tomllib
 
 import numpy
 import scipy.optimize
-from fabric_kernel import Scene, Simulation, drawing, page
+from fabric_kernel import Scene, Simulation, drawing
 from fabric_kernel.drawing import Series
 
-from . import strength
+from . import page, strength
 from .comparison import about
 from .statistics import Estimate
 from .study import FULL, TOP

@@ -15,13 +15,15 @@ import sys
 import time
 
 import fabric_kernel
+import matplotlib
 from fabric_kernel import Scene, drawing, ensembles
 from fabric_kernel.about import scene_hash
 from fabric_kernel.files import csv_of, written
 
 from . import short
 
-drawing.use()
+# A user's own settings of plots stay as they are.
+matplotlib.rcParams.update(drawing.STYLE)
 
 TOP = pathlib.Path(__file__).parent.parent
 FULL, QUICK, SMOKE = "full", "quick", "smoke"
@@ -104,14 +106,15 @@ class Study:
         (self.folder / f"{name}.json").write_text(json.dumps(numbers | origin, indent=1) + "\n")
 
     def table(self, name, title, text):
-        """Prints a table, and writes docs/tables/NAME.md."""
+        """Prints a table and writes it into NAME.md of the folder; a page of docs/tables, too."""
         if "CPU s" in text:
             text = (
                 f"CPU seconds are those of one thread on {machine()}; everything else is the same to the bit on every machine.\n"
                 f"\n{text}"
             )
         print(f"\n{title}\n\n{text}")
-        if self.docs:
+        (self.folder / f"{name}.md").write_text(f"# {title}\n\nMade by `{self.command}`.\n\n{text.rstrip()}\n")
+        if self.docs and name in short.SHORT:
             short.write(self.docs, name, title, f"{self.command} --docs docs", text)
 
     def picture(self, file, name):

@@ -4,7 +4,7 @@ waves, and the velocity at which the yarn breaks at once.
 Closed forms: J. C. Smith, F. L. McCrackin, H. F. Schiefer, Textile Research Journal 28 (1958) 288. For a yarn whose force is E A
 e, with the strain e and c = sqrt(E/rho), the impact velocity is V = c sqrt(2 e sqrt(e (1 + e)) - e^2), the longitudinal wave runs
 at c along the yarn, the kink at c (sqrt(e (1 + e)) - e) in the laboratory. The model's force is N = E A U (U^2 - 1)/2, which is
-larger by 1.5 e: `overshoot.transverse` has its jump conditions. The verdict is against the model's own law; how far it is from
+larger by 1.5 e: `viscosity.transverse` has its jump conditions. The verdict is against the model's own law; how far it is from
 the other stands beside it.
 
 Method: a strip of two rows of nodes; each row is one yarn with half the mass of the fabric's nodes, which is that of a yarn by
@@ -17,12 +17,13 @@ import math
 from typing import NamedTuple
 
 import numpy
-from fabric_kernel import Scene, Simulation, drawing, page
+from fabric_kernel import Scene, Simulation, drawing
 from fabric_kernel.drawing import Series
 
+from . import page
 from .comparison import Comparison, Point, about, exact
-from .overshoot import NONE, PLATEAU, TRAVEL, VISCOUS, least, lying, smith, transverse, viscosity_name, viscous
 from .study import FULL
+from .viscosity import NONE, PLATEAU, TRAVEL, VISCOUS, least, lying, smith, transverse, viscosity_name, viscous
 
 YARNS = ("zylon_as_500_35", "kevlar_km2_s706")
 # Impact velocities, m/s, and those at which the spacing is changed; bars, in yarn spacings.

@@ -29,6 +29,7 @@ const data = {
   wholes: pairs(layout, /^WHOLE\(fk_scene, ([\w.]+)/gm).flat(),
   constants: Object.fromEntries(pairs(read(top, "include/fabric_kernel.h"), /^#define (FK_\w+) (-?\d+)$/gm).map(([name, value]) => [name, Number(value)])),
   pinned: Object.fromEntries(pairs(read(top, "tests/golden/pins"), /^scene (\w+) ([0-9a-f]{16})$/gm)),
+  preset: {},
   fabrics: {},
   fragments: {},
   native: {},
@@ -52,11 +53,13 @@ function parameters(file) {
 const PRESET = 'preset = "sheet_3in_sphere"\n';
 const plain = parameters(written("scenes/preset.toml", PRESET));
 const number = (text) => (text === "true" ? 1 : text === "false" ? 0 : Number(text));
+const numbers = (text) => text.replace(/[[\]]/g, "").split(",").map((part) => number(part.trim()));
+data.preset = Object.fromEntries(Object.entries(plain).map(([key, text]) => [key, numbers(text)]).filter(([, found]) => !found.some(Number.isNaN)));
 const [[fabrics]] = pairs(read(here, "index.html"), /<select id="fabric"([^]*?)<\/select>/g);
 /** What a scene file changes in the preset. */
 function changes(name, text) {
   const changed = Object.entries(parameters(written(`scenes/${name}.toml`, PRESET + text))).filter(([key, text]) => plain[key] !== text && key !== "projectile.shape");
-  const found = Object.fromEntries(changed.map(([key, text]) => [key, text.replace(/[[\]]/g, "").split(",").map((part) => number(part.trim()))]));
+  const found = Object.fromEntries(changed.map(([key, text]) => [key, numbers(text)]));
   if (Object.values(found).flat().some(Number.isNaN)) throw new Error(`${name}: not a number`);
   return found;
 }

@@ -64,6 +64,9 @@ def stage():
                     copy = PAGES / target.resolve().relative_to(TOP)
                     copy.parent.mkdir(parents=True, exist_ok=True)
                     shutil.copy(target, copy)
+    # Of the evidence, as far as it was answered here.
+    for table in (TOP / "target/evidence").glob("*/*.md"):
+        put(PAGES / "evidence/tables" / table.name, table.read_text())
     modules = [name for name in MODULES if not name or list((TOP / "python/fabric_kernel").glob(f"{name[1:]}.py"))]
     put(
         PAGES / "reference/python.md", "# Python package\n\n" + "\n\n".join(f"::: fabric_kernel{name}" for name in modules) + "\n"

@@ -8,7 +8,8 @@ static const double AIR_DENSITY = 1.225; /* kg/m3 */
 
 static double length_of(const double v[3]) { return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-void fragment_rotation(const double q[4], double turn[3][3])
+/* Matrix of a unit quaternion: its columns are the body's axes. */
+static void rotation(const double q[4], double turn[3][3])
 {
     const double w = q[0], x = q[1], y = q[2], z = q[3];
     const double rows[3][3] = {
@@ -20,7 +21,8 @@ void fragment_rotation(const double q[4], double turn[3][3])
         for (int j = 0; j < 3; j++) turn[i][j] = rows[i][j];
 }
 
-void fragment_turned(const double turn[3], const double b[4], double result[4])
+/* The quaternion `a` of a rotation vector, rad, times `b`: first b, then the rotation. */
+static void turned(const double turn[3], const double b[4], double result[4])
 {
     const double angle = length_of(turn), factor = angle == 0.0 ? 0.0 : sin(0.5 * angle) / angle;
     const double a[4] = {cos(0.5 * angle), turn[0] * factor, turn[1] * factor, turn[2] * factor};
@@ -37,7 +39,7 @@ void fragment_turned(const double turn[3], const double b[4], double result[4])
 static void rate_of(const fragment_body *body, const double orientation[4], const double momentum[3], double rate[3])
 {
     double turn[3][3], inside[3];
-    fragment_rotation(orientation, turn);
+    rotation(orientation, turn);
     for (int j = 0; j < 3; j++)
         inside[j] = (turn[0][j] * momentum[0] + turn[1][j] * momentum[1] + turn[2][j] * momentum[2]) / body->moments[j];
     for (int i = 0; i < 3; i++) rate[i] = turn[i][0] * inside[0] + turn[i][1] * inside[1] + turn[i][2] * inside[2];
@@ -51,7 +53,7 @@ fragment fragment_in_motion(const fragment_body *body, const double position[3],
     memcpy(f.position, position, sizeof f.position);
     memcpy(f.velocity, velocity, sizeof f.velocity);
     memcpy(f.orientation, orientation, sizeof f.orientation);
-    fragment_rotation(orientation, turn);
+    rotation(orientation, turn);
     for (int j = 0; j < 3; j++) {
         const double inside = body->moments[j] * (turn[0][j] * rate[0] + turn[1][j] * rate[1] + turn[2][j] * rate[2]);
         for (int i = 0; i < 3; i++) f.angular_momentum[i] += turn[i][j] * inside;
@@ -81,10 +83,10 @@ void fragment_step(fragment *f, double h, const double own[3], const double forc
         f->angular_momentum[k] += h * torque[k];
         turn[k] = 0.5 * h * rate[k];
     }
-    fragment_turned(turn, f->orientation, halfway);
+    turned(turn, f->orientation, halfway);
     rate_of(&f->body, halfway, middle, rate);
     for (int k = 0; k < 3; k++) turn[k] = h * rate[k];
-    fragment_turned(turn, f->orientation, f->orientation);
+    turned(turn, f->orientation, f->orientation);
     for (int k = 0; k < 4; k++) length += f->orientation[k] * f->orientation[k];
     for (int k = 0; k < 4; k++) f->orientation[k] /= sqrt(length);
 }

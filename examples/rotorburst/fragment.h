@@ -1,4 +1,4 @@
-/* A rigid fragment in free flight, six degrees of freedom: fragment.py in C, for the host in C and for the fragment's own FMU.
+/* A rigid fragment in free flight, six degrees of freedom: fragment.py in C, for the fragment's own FMU.
 
    Axes: x and y in the plane of the sheet, y up, z along the flight. Units are SI. Quaternions are scalar first and turn body
    vectors into world vectors; the body's axes are the principal axes of inertia. */
@@ -25,9 +25,6 @@ typedef struct {
 fragment fragment_in_motion(const fragment_body *body, const double position[3], const double velocity[3], const double orientation[4],
                             const double angular_velocity[3]);
 
-/* Matrix of a unit quaternion: its columns are the body's axes. */
-void fragment_rotation(const double q[4], double turn[3][3]);
-
 /* In world axes, rad/s. */
 void fragment_angular_velocity(const fragment *f, double rate[3]);
 
@@ -37,8 +34,5 @@ void fragment_own_force(const fragment *f, double force[3]);
 /* Moves on by `h` under its own force and the shield's mean force and torque: the impulses are exact. The shield's impulses act
    at the start of each of its internal steps `tick`, s, so they move the fragment F/2m h (h + tick). */
 void fragment_step(fragment *f, double h, const double own[3], const double force[3], const double torque[3], double tick);
-
-/* The quaternion `a` of a rotation vector, rad, times `b`: first b, then the rotation. */
-void fragment_turned(const double turn[3], const double b[4], double result[4]);
 
 #endif

@@ -18,8 +18,8 @@ from fabric_kernel import Scene, Simulation, drawing, page, sheets
 ZYLON = "Zylon AS, 500 denier, 35 yarns an inch, by its data sheet (data/fabrics/zylon_as_500_35.toml)"
 PAPER = "the yarn of Powell and Zohdi (2009)"
 CAVEAT = (
-    "Not yet the numbers of a real fabric: the yarn area of the source paper is about 3.7 times too large for its mass, so the "
-    "yarn is as much too stiff and strong. Calibrate the area before using absolute numbers."
+    "Not yet the numbers of a real fabric: the yarn area of the source paper is about 3.7 times too large for its mass. "
+    "The yarn is as much too stiff and strong. Calibrate the area before using absolute numbers."
 )
 PICTURES = (
     "the whole sheet from the side the fragment leaves by, coloured by strain until it fails. The fragment is dashed where the "

@@ -555,9 +555,10 @@ mod tests {
     }
 
     #[test]
-    fn only_the_status_and_the_events_are_discrete() {
-        for variable in VARIABLES.iter().filter(|variable| variable.role == Role::Discrete) {
-            assert!(matches!(variable.id, Id::Status | Id::Happened(_) | Id::HappenedAt(_)), "{}", variable.name);
+    fn the_status_and_the_events_are_discrete_and_nothing_else() {
+        for variable in &VARIABLES {
+            let is_event = matches!(variable.id, Id::Status | Id::Happened(_) | Id::HappenedAt(_));
+            assert_eq!(variable.role == Role::Discrete, is_event, "{}", variable.name);
         }
     }
 

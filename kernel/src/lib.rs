@@ -57,21 +57,23 @@ mod yarn;
 /// Floor 3: the rigid projectile. Pose, shapes and their gaps, inertia, a prescribed path.
 mod body;
 
-/// Floor 4: the sheet. Places, weave, directions, draws, grading, mirror planes, data sheets, checks, and the
-/// sweep over its bars.
+/// Floor 4: the sheet. Places, weave, directions, draws, grading, mirror planes, data sheets, and checks.
 mod sheet;
 
 /// Floor 5: the caller's memory. What is in it and where, and the system that all steps work on.
 mod memory;
 
-/// Floor 6: impulses. Between nodes and projectile, between plies, and their friction.
+/// Floor 6: the sweep over the rows. Segments and the effects on them, one pass, and its sums.
+mod sweep;
+
+/// Floor 7: impulses. Between nodes and projectile, between plies, and their friction.
 mod contact;
 
-/// Floor 7: one time step. The sweep over rows, motion, viscosity, the explicit and the theta rule, steps in
+/// Floor 8: one time step. The sweep of the whole sheet, motion, viscosity, the explicit and the theta rule, steps in
 /// blocks, bands; read-outs, energy, outcomes.
 mod step;
 
-/// Floor 8: a simulation. Its start, its calls, its image, and the table of all its outputs.
+/// Floor 9: a simulation. Its start, its calls, its image, and the table of all its outputs.
 mod sim;
 
 pub use body::path::{Path, exponential};
@@ -115,6 +117,7 @@ pub mod internals {
     pub use crate::sheet::*;
     pub use crate::sim::*;
     pub use crate::step::*;
+    pub use crate::sweep::*;
     pub use crate::yarn::*;
 }
 

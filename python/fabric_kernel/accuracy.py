@@ -1,8 +1,9 @@
 """`fabric accuracy SCENE`: error of a scene over its run time, and the cheapest settings that keep an error asked for.
 
-Method: a ladder of networks, from bars four times as long as the scene's down to a quarter, then time steps and slack_balance
-at one of them; every setting is shot with the same samples (yarns, place within a mesh of the scene). The error of a setting is
-its mean less that of the finest network, in parts of the latter, with the interval of the paired differences (Student's t). The
+Method: a ladder of networks, from bars four times as long as the scene's down to an eighth, graded where that has fewer nodes,
+then time steps and slack_balance at one of them; every setting is shot with the same samples (yarns, place within a mesh of the
+scene). The error of a setting is its mean less that of the finest network, in parts of the latter, with the interval of the
+paired differences (Student's t). At the coarsest graded network the whole one is shot, too, and what it differs by counts. The
 recommendation is the setting with the least processor time for n shots whose error, with the end of its interval and the chance
 of n shots (root of the sum of squares), lies within what is asked; no network between it and the finest may err more, and the
 finest has bars at most half as long. The finest network errs, too, which is added: by as much as the last halving moved the mean,
@@ -13,6 +14,7 @@ Limits: what is finer than the finest network run is not seen. After the first f
 two samples: what the shots cannot resolve is said.
 """
 
+import dataclasses
 import itertools
 import math
 import time
@@ -34,7 +36,7 @@ from .runs import STEPS, UNTIL, doubts, flown, scene_of
 from .sensitivity import crossing, nodes
 from .shooter import Shooter, Unknown
 
-BARS, STEP_PARTS = (4.0, 2.0, 1.0, 0.5, 0.25), (0.2, 0.5)
+BARS, STEP_PARTS = (4.0, 2.0, 1.0, 0.5, 0.25, 0.125), (0.2, 0.5)
 """Lengths of bars over the scene's; time steps over the stable one besides the scene's."""
 FEWEST, MOST = 8, 64
 """Shots of a setting at first, and at most."""
@@ -62,9 +64,9 @@ class Setting:
     balanced: Annotated[bool, "whether with slack_balance"] = False
     graded: Annotated[bool, "whether fine about the middle alone"] = False
 
-    def is_plain(self) -> bool:
-        """Whether the bars alone differ from the scene."""
-        return not (self.step or self.balanced or self.graded)
+    def is_network(self) -> bool:
+        """Whether the network alone differs from the scene's."""
+        return not (self.step or self.balanced)
 
     def scene(self, scene: Scene) -> Scene:
         """The scene so. Raises Refused for a network that cannot be divided or joined so."""
@@ -79,7 +81,7 @@ class Setting:
             changes["slack_balance"] = True
         found = scene.replace(changes) if changes else scene
         found.check()
-        return found.replace(network.graded(found.aimed((0.0, 0.0)))) if self.graded else found
+        return found.replace(network.graded(found.aimed((0.0, 0.0)), network.OF_LIMITS)) if self.graded else found
 
 
 @record
@@ -106,7 +108,7 @@ class Row:
         return max(abs(end) for end in self.interval)
 
     def name(self) -> str:
-        length = {0.5: "1/2", 0.25: "1/4"}.get(self.setting.bars, f"{self.setting.bars:g}")
+        length = {0.5: "1/2", 0.25: "1/4", 0.125: "1/8"}.get(self.setting.bars, f"{self.setting.bars:g}")
         return f"{length}, {self.step:.2g}{', balanced' * self.setting.balanced}{', graded' * self.setting.graded}"
 
 
@@ -189,10 +191,13 @@ class Accuracy:
         """report.html, accuracy.svg, accuracy.csv, accuracy.json and, with a recommendation, accurate.toml; their names."""
         from . import plot
 
-        out, words = Path(place), "bars step slack_balance shots unknown mean deviation error_percent low_percent high_percent"
+        out, words = (
+            Path(place),
+            "bars graded step slack_balance shots unknown mean deviation error_percent low_percent high_percent",
+        )
         heading = [*words.split(), *"stopped failed nodes node_steps seconds".split()]
         values = [(row, list(vars(row).values())) for row in self.rows]
-        rows = [(row.setting.bars, row.step, *its[2:8], *row.interval, *its[9:]) for row, its in values]
+        rows = [(row.setting.bars, row.setting.graded, row.step, *its[2:8], *row.interval, *its[9:]) for row, its in values]
         written(out / "accuracy.csv", csv_of(heading, [[filled(one) for one in row] for row in rows]))
         plot.accuracy(self, out / "accuracy.svg")
         results.save(self, out / "accuracy.json")
@@ -261,9 +266,20 @@ class Budget(RuntimeError):
 class Ladder:
     """Shots of settings as they are made; the finest network is the reference."""
 
-    def __init__(self, scene: Scene, quantity: str, seed: int, attitude: str | None, as_aimed: bool, guess: float, options: Any):
+    def __init__(
+        self,
+        scene: Scene,
+        quantity: str,
+        seed: int,
+        attitude: str | None,
+        as_aimed: bool,
+        whole: bool,
+        guess: float,
+        options: Any,
+    ):
         self.scene, self.quantity, self.seed, self.attitude, self.guess = scene, quantity, seed, attitude, guess
         self.as_aimed = as_aimed or scene["symmetry.mirror_x"] or scene["symmetry.mirror_y"]
+        self.whole = whole or bool(attitude) or self.as_aimed
         self.options, self.budget = options, math.inf
         self.began = time.monotonic()
         self.scenes: dict[Setting, Scene] = {}
@@ -305,23 +321,29 @@ class Ladder:
         if near is None:
             return 0.0
         step = lambda one: one.step or self.own_step
-        more = (1.5 if setting.balanced else 1.0) * (0.3 if setting.graded else 1.0)
-        return self.cost(near) * (near.bars / setting.bars) ** 3 * step(near) / step(setting) * more
+        more = 1.5 if setting.balanced and not near.balanced else 1.0
+        nodes = self.size(setting) / self.size(near)
+        return self.cost(near) * nodes * near.bars / setting.bars * step(near) / step(setting) * more
+
+    def size(self, setting: Setting) -> int:
+        """Nodes of a network."""
+        return size(self.scenes.setdefault(setting, setting.scene(self.scene)))
 
     def expected(self, setting: Setting, count: int) -> float:
         """Seconds that so many more shots will take."""
         return self.cost(setting) * max(count / self.cores, 1.0)
 
     def networks(self) -> list[Setting]:
-        """Settings that differ by their bars alone, coarse to fine."""
-        return sorted((one for one in self.shots if self.shots[one] and one.is_plain()), key=lambda one: -one.bars)
+        """The ladder that was shot, coarse to fine."""
+        return ladder_of([one for one in self.shots if self.shots[one]])
 
-    def can_be_graded(self, bars: float) -> bool:
-        """Whether the network with these bars can be graded, and has fewer nodes then."""
+    def rung(self, bars: float) -> Setting:
+        """The network with these bars: graded where it can be and has fewer nodes then."""
         try:
-            return bool(network.graded(Setting(bars).scene(self.scene).aimed((0.0, 0.0))))
+            aimed = Setting(bars).scene(self.scene).aimed((0.0, 0.0))
+            return Setting(bars, graded=not self.whole and bool(network.graded(aimed, network.OF_LIMITS)))
         except Refused:
-            return False
+            return Setting(bars)
 
     def rows(self, confidence: float) -> list[Row]:
         networks = self.networks()
@@ -354,6 +376,18 @@ class Ladder:
         )
 
 
+def ladder_of(settings: Sequence[Setting]) -> list[Setting]:
+    """One network for each length of bars, coarse to fine: the graded one if there is one."""
+    of_bars = {one.bars: one for one in sorted(settings, key=lambda one: one.graded) if one.is_network()}
+    return [of_bars[bars] for bars in sorted(of_bars, reverse=True)]
+
+
+def of_ladder(rows: Sequence[Row]) -> list[Row]:
+    """Rows of its networks, coarse to fine."""
+    found = {row.setting: row for row in rows if row.shots}
+    return [found[one] for one in ladder_of(list(found))]
+
+
 def difference(pairs: Sequence[tuple[float, float]], confidence: float) -> tuple[float, Interval]:
     """Mean of the first less that of the second of each pair, over the latter, and its interval, percent."""
     if not pairs:
@@ -370,19 +404,24 @@ def difference(pairs: Sequence[tuple[float, float]], confidence: float) -> tuple
     return scale * middle, Interval(scale * (middle - half), scale * (middle + half))
 
 
-def unseen(networks: Sequence[Row]) -> float:
-    """Error of the finest network, percent: what the last halving did, as if the order of convergence were one. Where segments
-    fail, two networks may agree by chance: the larger of the last two halvings, infinite of one."""
-    moved = [100.0 * abs(one.mean - other.mean) / abs(other.mean or math.nan) for one, other in itertools.pairwise(networks)]
+def unseen(rows: Sequence[Row]) -> float:
+    """Error of the finest network, percent: what the last halving did, as if the order of convergence were one, and what grading
+    did where it was seen. Where segments fail, two networks may agree by chance: the larger of the last two halvings, infinite of
+    one."""
+    networks = of_ladder(rows)
+    apart = lambda one, other: 100.0 * abs(one.mean - other.mean) / abs(other.mean or math.nan)
+    moved = [apart(one, other) for one, other in itertools.pairwise(networks)]
+    whole = {row.setting.bars: row for row in rows if row.setting == Setting(row.setting.bars)}
+    grading = max((apart(row, whole[row.setting.bars]) for row in networks if row.setting.bars in whole), default=0.0)
     if any(row.failed for row in networks):
-        return max(moved[-2:]) if len(moved) > 1 else math.inf
-    return moved[-1] if moved else math.inf
+        return grading + (max(moved[-2:]) if len(moved) > 1 else math.inf)
+    return grading + (moved[-1] if moved else math.inf)
 
 
 def chosen(rows: Sequence[Row], asked: float, confidence: float) -> Choice:
     """The setting with the least processor time that keeps an error, percent."""
-    networks = [row for row in rows if row.setting.is_plain()]
-    finest, costs, best, why, rest = networks[-1], math.inf, None, "", unseen(networks)
+    networks = of_ladder(rows)
+    finest, costs, best, why, rest = networks[-1], math.inf, None, "", unseen(rows)
     z = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
     # The scatter of few shots is uncertain itself: the largest of the networks counts.
     scatter = max((100.0 * row.deviation / abs(row.mean) for row in networks[-2:] if row.shots > 1 and row.mean), default=0.0)
@@ -419,7 +458,7 @@ def chosen(rows: Sequence[Row], asked: float, confidence: float) -> Choice:
 
 def convergence(rows: Sequence[Row], quantity: str) -> str:
     """What the last halving of the bars did, and where three networks agree on an order, what finer bars would give."""
-    networks = [row for row in rows if row.setting.is_plain() and row.shots]
+    networks = of_ladder(rows)
     if len(networks) < 2:
         return ""
     before, last = networks[-2], networks[-1]
@@ -448,6 +487,7 @@ def accuracy(
     seed: int = 1,
     attitude: str | None = None,
     as_aimed: bool = False,
+    whole: bool = False,
     budget: float = 300.0,
     bars: Sequence[float] = BARS,
     confidence: float = 0.95,
@@ -479,6 +519,8 @@ def accuracy(
         Time, s, after which no setting begins that would not end within it.
     bars : sequence of float
         Lengths of bars over the scene's, the coarse first.
+    whole : bool
+        Whether no network is graded, as none is about a random attitude or a scene as it is aimed.
     confidence : float
         Confidence of the intervals.
     keep : path, optional
@@ -513,7 +555,7 @@ def accuracy(
     speed, say = math.hypot(*scene["projectile.velocity"]), say or (lambda line: None)
     if not speed > 0.0:
         raise ValueError("projectile.velocity: must not be zero: nothing is hit")
-    ladder = Ladder(scene, quantity, seed, attitude, as_aimed, speed, {"keep": keep, "on": on, "progress": progress})
+    ladder = Ladder(scene, quantity, seed, attitude, as_aimed, whole, speed, {"keep": keep, "on": on, "progress": progress})
     notes, asked, ended = [], ASKED if error is None else (error,), ""
 
     def told(setting: Setting) -> None:
@@ -545,7 +587,7 @@ def accuracy(
         while error is not None and not found()[0].row:
             networks = ladder.networks()
             rows = [ladder.row(one, networks[-1], confidence) for one in networks[:-1]]
-            rest = unseen([*rows, ladder.row(networks[-1], networks[-1], confidence)])
+            rest = unseen(ladder.rows(confidence))
             near = [row for row in rows if abs(row.error) + rest < error and row.setting.bars >= 2.0 * networks[-1].bars]
             if not near:
                 return
@@ -555,20 +597,21 @@ def accuracy(
             count = max(row.shots + 2, min(2 * row.shots, math.ceil(needed)))
             if needed > MOST or count > MOST:
                 return
-            finer = Setting(networks[-1].bars / 2.0)
+            finer = ladder.rung(networks[-1].bars / 2.0)
             if (
                 finer.bars in bars
                 and ladder.expected(finer, row.shots) < (needed - row.shots) * ladder.cost(networks[-1]) / ladder.cores
             ):
                 return
-            for one in {*networks[:-1][-2:], networks[-1]}:
-                if not run(one, count):
+            for one in networks[-3:]:
+                whole = {Setting(one.bars)} & ladder.shots.keys()
+                if not all(run(other, count) for other in {one} | whole):
                     return
 
     ladder.budget = budget
-    done = 0
+    done, graded = 0, False
     for length in bars:
-        setting = Setting(length)
+        setting = ladder.rung(length)
         if not done:  # One shot tells what the others cost.
             if not run(setting, 1):
                 continue
@@ -580,6 +623,9 @@ def accuracy(
             if ended:
                 break
             continue
+        if setting.graded and not graded and not run(Setting(length), shots):
+            break
+        graded |= setting.graded
         done += 1
         if done > 1 and error is not None:
             resolved()
@@ -589,15 +635,13 @@ def accuracy(
         raise ValueError(f"scene: fewer than two networks can be run: {' '.join([*notes, ended])}")
     # Time steps at the network that is recommended, else at the finest that costs no more than the scene's.
     rows = [one.row for one in found() if one.row]
-    base = rows[-1].setting.bars if rows else max(ladder.networks()[-2].bars, 1.0)
-    count = len(ladder.shots[Setting(base)])
-    steps = [Setting(base, step) for step in STEP_PARTS if abs(step - ladder.own_step) > 0.01]
-    steps += [] if scene["slack_balance"] or error is not None else [Setting(base, balanced=True)]
-    graded = [Setting(base, graded=True)] if not (attitude or ladder.as_aimed) and ladder.can_be_graded(base) else []
-    for one in [*graded, *steps]:
-        run(one, count)
+    base = ladder.rung(rows[-1].setting.bars if rows else max(ladder.networks()[-2].bars, 1.0))
+    steps = [dataclasses.replace(base, step=step) for step in STEP_PARTS if abs(step - ladder.own_step) > 0.01]
+    steps += [] if scene["slack_balance"] or error is not None else [dataclasses.replace(base, balanced=True)]
+    for one in steps:
+        run(one, len(ladder.shots[base]))
     rows, choices = ladder.rows(confidence), tuple(found())
-    own = Setting(1.0) if ladder.shots.get(Setting(1.0)) else ladder.networks()[-1]
+    own = next((one for one in (Setting(1.0), ladder.rung(1.0)) if ladder.shots.get(one)), ladder.networks()[-1])
     flights = [row for shot in ladder.shots[own] for row in shot["rows"]]
     cautions = list(map(str, doubts([ladder.scenes[own]] * len(flights), flights)))
     stopped, made = sum(row.stopped for row in rows), sum(row.shots for row in rows)
@@ -619,6 +663,7 @@ def accuracy(
         f"Errors are against the finest network, from pairs of shots with the same samples; {100 * confidence:g} % intervals.",
         "A recommendation allows for an error of the finest network as large as what the last halving of the bars did; where "
         "segments fail, as either of the last two.",
+        "It also allows for what grading did to the coarsest graded network.",
         CAVEAT,
     ]
     pick = choices[0]
@@ -670,6 +715,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--as-aimed", action="store_true", help="fly as the scene says, not through a random point within one mesh"
     )
+    parser.add_argument("--whole", action="store_true", help="do not grade networks; default: fine where the body strikes")
     parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
     parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
     given = parser.parse_args(arguments)
@@ -682,6 +728,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             seed=given.seed,
             attitude=given.attitude,
             as_aimed=given.as_aimed,
+            whole=given.whole,
             budget=seconds(given.budget),
             confidence=given.confidence,
             keep=given.out / "runs.jsonl",

@@ -1,6 +1,5 @@
 """The style of all plots, and plots of plain points."""
 
-import functools
 import io
 import math
 import pathlib
@@ -47,10 +46,6 @@ Drawing = TypeVar("Drawing", bound=Callable[..., Any])
 def styled(draws: Drawing) -> Drawing:
     """Decorates what draws in this style."""
     return matplotlib.rc_context(STYLE)(draws)
-
-
-# Settings of programs that draw, as those of the evidence do; a user's own settings stay as they are.
-use = functools.partial(matplotlib.rcParams.update, STYLE)
 
 
 class Series(NamedTuple):
@@ -126,19 +121,3 @@ def below(figure: Figure, *panels: Any) -> None:
     columns = max(1, min(3, int(72 * figure.get_figwidth() / (36 + 4.8 * max(len(label) for label in labels)))))
     figure.set_figheight(figure.get_figheight() + 0.19 * math.ceil(len(labels) / columns))
     figure.legend(list(handles.values()), labels, loc="outside lower center", ncols=columns, fontsize=9)
-
-
-def lines(rows: Any, name: str, x: Any, y: Any) -> Any:
-    """A marked series for each name, in the order of the rows; name and x: keys or functions of a row."""
-    found: dict[str, list[Any]] = {}
-    of = lambda row, key: key(row) if callable(key) else row[key]
-    for row in rows:
-        found.setdefault(of(row, name), []).append((of(row, x), y(row)))
-    return [Series(name, points) for name, points in found.items()]
-
-
-def errors(path: Place, title: str, x: Any, y: Any, lines: Any, levels: Any = ()) -> None:
-    """A logarithmic plot of marked lines and dashed levels; nothing if no line has a positive point."""
-    lines = [line for line in lines if any(px > 0 and py > 0 for px, py in line.points)]
-    if lines:
-        draw(path, title, x, y, lines, "logarithmic", levels=levels)

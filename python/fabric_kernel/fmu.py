@@ -16,6 +16,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy
@@ -53,20 +54,21 @@ class Archive:
         name = PAGE
         try:
             self.page, name = self.entries[PAGE].decode(), DESCRIPTION
-            self.text = self.entries[DESCRIPTION].decode()
-            ElementTree.fromstring(self.text)
+            root: Any = ElementTree.fromstring(self.entries[DESCRIPTION])
         except (ElementTree.ParseError, ValueError) as error:
             raise ValueError(f"{path}: {name} is damaged: {error}") from None
-        head = re.search(
-            r'<fmiModelDescription fmiVersion="([23])\.0" modelName="(\w+)".* '
-            r'version="([^"]*)".*"\{FabricShield-([0-9a-f]{13})\}">',
-            self.text,
-        )
-        if head is None:
+        self.key = {"2.0": "guid", "3.0": "instantiationToken"}.get(root.get("fmiVersion"), "")
+        token = re.fullmatch(r"\{FabricShield-([0-9a-f]{13})\}", root.get(self.key, ""))
+        if token is None:
             raise ValueError(f"{path}: no FMU of fabric")
-        if head[3] != VERSION:
-            raise ValueError(f"{path}: an FMU of version {head[3]}; this is version {VERSION}")
-        self.version, self.name, self.token = int(head[1]), head[2], int(head[4], 16)
+        if root.get("version") != VERSION:
+            raise ValueError(f"{path}: an FMU of version {root.get('version')}; this is version {VERSION}")
+        self.root, self.version, self.name, self.token = (
+            root,
+            int(root.get("fmiVersion")[0]),
+            root.get("modelName"),
+            int(token[1], 16),
+        )
 
     def block(self, binary: str, count: int) -> tuple[int, int]:
         """Where the block of a library begins after its layout, and the build of the library. `count`: words of a scene."""
@@ -110,31 +112,31 @@ def shown(kind: str, word: int) -> str:
     return str(bool(word)).lower() if kind == "Boolean" else str(word)
 
 
-def described(text: str, words: dict[str, list[int]]) -> tuple[str, dict[str, list[str]]]:
-    """A model description with these start values, and their texts by the name of the variable."""
-    least = dict(re.findall(r'Type name="(\w+)"(?:[^\n]*\n *<Real)?[^\n]* min="([^"]+)"', text))
+def typed(element: Any) -> Any:
+    """What has the type of a variable or of a type: in FMI 2.0 its only child."""
+    return element[0] if element.tag in ("ScalarVariable", "SimpleType") else element
+
+
+def started(root: Any, words: dict[str, list[int]]) -> dict[str, list[str]]:
+    """Writes these start values into a model description, and returns their texts by the name of the variable."""
+    least = {one.get("name"): typed(one).get("min", "-inf") for one in root.find("TypeDefinitions")}
     texts: dict[str, list[str]] = {}
-    lines, name = [], ""
-    for line in text.splitlines(keepends=True):
-        if variable := re.match(r' *<\w+ name="([^"]+)" valueReference="', line):
-            name = variable[1]
-        if name in words and (start := re.match(r'( *<(\w+) (?:.* )?start=")[^"]*(".*)', line, re.DOTALL)):
-            if name != next(iter(words)):  # The library takes the words in the order of its variables.
-                raise ValueError(f"{name}: the FMU has its parameters in another order: it is of another version")
-            attributes = dict(re.findall(r' (\w+)="([^"]*)"', line))
-            limits = attributes.get("min") or least.get(attributes.get("declaredType", ""), "-inf"), attributes.get("max", "inf")
-            values = [shown(start[2], word) for word in words.pop(name)]
-            for value in values:
-                if start[2] != "Boolean" and not (
-                    math.isfinite(float(value)) and float(limits[0]) <= float(value) <= float(limits[1])
-                ):
-                    raise ValueError(f"{name}: {value} cannot be a start value of an FMU")
-            texts.setdefault(name.partition("[")[0], []).extend(values)
-            line = f"{start[1]}{' '.join(values)}{start[3]}"
-        lines.append(line)
+    for variable in root.find("ModelVariables"):
+        if (name := variable.get("name")) not in words:
+            continue
+        if name != next(iter(words)):  # The library takes the words in the order of its variables.
+            raise ValueError(f"{name}: the FMU has its parameters in another order: it is of another version")
+        one = typed(variable)
+        low, high = float(one.get("min") or least.get(one.get("declaredType"), "-inf")), float(one.get("max", "inf"))
+        values = [shown(one.tag, word) for word in words.pop(name)]
+        for value in values:
+            if one.tag != "Boolean" and not (math.isfinite(float(value)) and low <= float(value) <= high):
+                raise ValueError(f"{name}: {value} cannot be a start value of an FMU")
+        texts.setdefault(name.partition("[")[0], []).extend(values)
+        one.set("start", " ".join(values))
     if words:
         raise ValueError(f"no variable {next(iter(words))}: the FMU is of another version")
-    return "".join(lines), texts
+    return texts
 
 
 def picture(scene: Scene, simulation: Simulation) -> str:
@@ -183,7 +185,7 @@ def filled(archive: Path, scene: Scene, name: str) -> tuple[int, bytes]:
         raise ValueError(f"--name {name}: letters, digits and _, a letter first; not {MODEL}, no word of C")
     fmu, words, simulation = Archive(archive), scene.words(), Simulation(scene)
     time_step = shown("Real", struct.unpack("<Q", struct.pack("<d", simulation.step_limits()["dt"]))[0])
-    text, starts = described(fmu.text, dict(variables(words, fmu.version)))
+    starts = started(fmu.root, dict(variables(words, fmu.version)))
     blocks = {binary: fmu.block(binary, len(words)) for binary in fmu.binaries}
     if len(builds := {build for _, build in blocks.values()}) != 1:
         raise ValueError(f"{archive}: its libraries are of different builds")
@@ -191,9 +193,10 @@ def filled(archive: Path, scene: Scene, name: str) -> tuple[int, bytes]:
     content = struct.pack(f"<Q{len(words)}Q", build, *words)
     token = int.from_bytes(hashlib.sha256(content + name.encode()).digest()[:8], "little") >> 12
     block = struct.pack(f"<QQQ{len(words)}Q", build, token, checksum([build, token, *words]), *words)
-    for key, value in [("modelName", name), ("modelIdentifier", name), ("fixedInternalStepSize", time_step)]:
-        text = re.sub(f' {key}="[^"]*"', f' {key}="{value}"', text, count=1)
-    text = re.sub(r"\{FabricShield-\w+\}", f"{{FabricShield-{token:013x}}}", text, count=1)
+    fmu.root.attrib |= {"modelName": name, fmu.key: f"{{FabricShield-{token:013x}}}"}
+    told = {"modelIdentifier": name, "fixedInternalStepSize": time_step}
+    fmu.root.find("CoSimulation").attrib |= told if fmu.version == 3 else {"modelIdentifier": name}
+    text = ElementTree.tostring(fmu.root, encoding="UTF-8", xml_declaration=True)
     cell = lambda values: values[0] if len(set(values)) == 1 else " ".join(values)
     row = lambda found: found[1] + (cell(starts[found[2]]) if found[2] in starts else found[3])
     page = re.sub(r"(<tr><td><code>([^<]+)</code>[^<]*</td><td>)([^<]*)", row, fmu.page)
@@ -203,7 +206,7 @@ def filled(archive: Path, scene: Scene, name: str) -> tuple[int, bytes]:
     page = re.sub(r"<code>documentation/parameters</code>.*\n", "", page)
     page = re.sub(r'<figure id="scene">.*?</figure>\n', "", page, flags=re.DOTALL)
     page = page.replace("<figure>", picture(scene, simulation) + "<figure>", 1)
-    entries = {DESCRIPTION: text.encode(), PAGE: page.encode()}
+    entries = {DESCRIPTION: text, PAGE: page.encode()}
     for path, data in fmu.entries.items():
         if path in blocks:
             at = blocks[path][0]
@@ -229,8 +232,10 @@ def system(name: str, fmu: bytes) -> bytes:
     """A package of SSP 1.0 with an FMU of FMI 2.0, its inputs and outputs as connectors, and its parameters as a parameter
     set."""
     with zipfile.ZipFile(io.BytesIO(fmu)) as archive:
-        text = archive.read(DESCRIPTION).decode()
-    found = re.findall(r'<ScalarVariable name="([^"]+)".* causality="(\w+)".*\n *<(\w+)(?:.* start="([^"]*)")?', text)
+        root: Any = ElementTree.fromstring(archive.read(DESCRIPTION))
+    found = [
+        (one.get("name"), one.get("causality"), one[0].tag, one[0].get("start")) for one in root.iterfind(".//*[@causality]")
+    ]
     space = lambda *names: "".join(
         f' xmlns:{short}="http://ssp-standard.org/SSP1/SystemStructure{long}"' for short, long in names
     )

@@ -27,6 +27,7 @@ from .notes import ModelWarning, Note
 from .page import Page
 from .record import record
 from .runs import DECIDED, UNTIL, scene_of, with_attrs, with_units
+from .shots import share_within
 
 if TYPE_CHECKING:
     import pandas
@@ -119,7 +120,6 @@ def fragment_map(
     Refused
         The scene cannot be simulated.
     """
-    import scipy.stats
 
     from .extras import pandas
 
@@ -152,10 +152,7 @@ def fragment_map(
         missed = int((runs["outcome"] == "passed").sum())
         hits = shots - missed
         unknown = hits - len(known)
-        least, most = 0.0, 1.0
-        if hits:
-            least = scipy.stats.binomtest(len(through), hits).proportion_ci(confidence, method="exact").low
-            most = scipy.stats.binomtest(len(through) + unknown, hits).proportion_ci(confidence, method="exact").high
+        least, most = share_within(len(through), unknown, hits, confidence)
         row = {"velocity": velocity, "attitude": attitude, "point_x": x, "point_y": y, "shots": shots}
         row |= {"through": len(through), "stopped": len(known) - len(through), "missed": missed, "unknown": unknown}
         row |= {"perforation": len(through) / len(known) if len(known) else None, "low": least, "high": most}

@@ -14,7 +14,7 @@ from PIL import Image
 from . import drawing, sheets
 from ._kernel import Scene, Simulation
 from .files import Place
-from .runs import UNTIL, named
+from .runs import UNTIL, named, stepped
 
 MOST_PICTURES = 48
 
@@ -36,8 +36,7 @@ def movie(
         raise ValueError(f"every: must be at least 1; it is {every}")
     until, simulation = named(until), Simulation(scene)
     kept, stride = [sheets.Sheet(simulation)], every
-    while simulation.step_count < steps and not any(name in until for name in simulation.outcomes()):
-        simulation.run(until, min(stride, steps - simulation.step_count))
+    for _ in stepped(simulation, until, steps, lambda: stride):
         kept.append(sheets.Sheet(simulation))
         if len(kept) > 2 * MOST_PICTURES:
             kept, stride = kept[::2], 2 * stride

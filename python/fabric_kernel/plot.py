@@ -297,12 +297,14 @@ def accuracy_on(axis: Any, found: Any, named: bool = True) -> None:
     """Error over processor time of a shot, marks for the networks and for what else was tried at one of them; what is recommended
     is a star, and what is asked for is dashed. An error below its interval is drawn at the end of the interval, as an arrow that
     points down. The scene as it is has a ring. named: whether settings have their names beside them, and axes more ticks."""
+    from .accuracy import of_ladder
+
     shown = [row for row in found.rows if math.isfinite(row.error)]
     kinds = {
-        "bars of other lengths": [row for row in shown if row.setting.is_plain()],
+        "bars of other lengths": (networks := [row for row in of_ladder(found.rows) if row in shown]),
         "other steps": [row for row in shown if row.setting.step],
         "slack balance": [row for row in shown if row.setting.balanced],
-        "graded": [row for row in shown if row.setting.graded],
+        "not graded": [row for row in shown if row.setting.is_network() and row not in networks],
     }
     high = lambda row: abs(row.error) if row.interval.low * row.interval.high > 0.0 else row.bound()
     for number, (label, rows) in enumerate(kinds.items()):
@@ -322,8 +324,8 @@ def accuracy_on(axis: Any, found: Any, named: bool = True) -> None:
         axis.axhline(one.error, color="#969696", linestyle="--", linewidth=1)
         if one.row and math.isfinite(one.row.bound()):
             axis.plot(one.row.seconds, max(high(one.row), 1e-9), "*", color="black", markersize=11, zorder=3)
-    own = [row for row in shown if row.setting.bars == 1.0 and row.setting.is_plain() and math.isfinite(row.bound())]
-    ring = {"color": "black", "fillstyle": "none", "markersize": 11, "label": "the scene as it is"}
+    own = [row for row in networks if row.setting.bars == 1.0 and math.isfinite(row.bound())]
+    ring = {"color": "black", "fillstyle": "none", "markersize": 11, "label": "bars of the scene"}
     axis.plot([row.seconds for row in own], [high(row) for row in own], "o", **ring)
     axis.plot([], [], "*", color="black", markersize=9, label="recommended")
     finest = next((row for row in found.rows if not math.isfinite(row.error)), None)

@@ -105,8 +105,7 @@ def flown(
 
     look()
     try:
-        while simulation.step_count < steps and not any(name in until for name in simulation.outcomes()):
-            simulation.run(until, min(every, steps - simulation.step_count))
+        for _ in runs.stepped(simulation, until, steps, lambda: every):
             look()
             say(simulation)
     except Failed as failed:

@@ -1,7 +1,7 @@
 """One impact from start to end: its row of a table, and its history."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import scipy  # Its parts are loaded where they are used.
@@ -160,6 +160,14 @@ def fly(scene: Scene | str, *, until: Sequence[str] | str = UNTIL, steps: int = 
     return Flight(**row)
 
 
+def stepped(simulation: Simulation, until: Sequence[str], last: int, every: Callable[[], int]) -> Iterator[int]:
+    """Steps of a simulation on its way to one of the outcomes, at most to step `last`: after every `every()` steps, and at its
+    end."""
+    while simulation.step_count < last and not any(name in until for name in simulation.outcomes()):
+        simulation.run(until, min(every(), last - simulation.step_count))
+        yield simulation.step_count
+
+
 def where(simulation: Simulation) -> str:
     """How far a run is, for who waits for it."""
     speed, work = math.hypot(*simulation.projectile()["velocity"]), simulation.contact()["work"]
@@ -184,13 +192,10 @@ def flown(
     row: dict[str, Any] = {"outcome": "failed", "failure": None, "stopped": None}
     deepest = 0.0
     try:
-        while True:
-            simulation.run(until, min(SAMPLE, steps - simulation.step_count))
+        for _ in stepped(simulation, until, steps, lambda: SAMPLE):
             deepest = max(deepest, simulation.fabric()["max_deflection"])
             if watch:
                 watch(simulation)
-            if simulation.step_count >= steps or any(name in until for name in simulation.outcomes()):
-                break
     except Failed as failed:
         row["failure"] = failed.code
     else:
@@ -370,9 +375,7 @@ def history(
     if not isinstance(simulation, Simulation):
         simulation = Simulation(scene_of(simulation))
     until, rows = named(until), [sample(simulation, None)]
-    last = simulation.step_count + steps
-    while simulation.step_count < last and not any(name in until for name in simulation.outcomes()):
-        simulation.run(until, min(every, last - simulation.step_count))
+    for _ in stepped(simulation, until, simulation.step_count + steps, lambda: every):
         rows.append(sample(simulation, rows[-1]))
     return with_attrs(pandas.DataFrame(rows).drop(columns=["impulse_x", "impulse_y", "impulse_z"]))
 

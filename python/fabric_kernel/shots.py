@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy
+import scipy  # Its parts are loaded where they are used.
 
 from . import checks, designs
 from .shooter import Unknown
@@ -24,6 +25,13 @@ class Shot(NamedTuple):
 
     def words(self) -> str:
         return "stopped" if self.stopped else f"through with {self.residual:.2f} m/s"
+
+
+def share_within(through: int, unknown: int, shots: int, confidence: float) -> tuple[float, float]:
+    """The exact (Clopper-Pearson) interval of the share of so many shots that goes through; those of unknown end count as stopped
+    for its lower end and as through for the upper one. 0 to 1 without shots."""
+    exact = lambda count: scipy.stats.binomtest(count, shots).proportion_ci(confidence, method="exact")
+    return (float(exact(through).low), float(exact(through + unknown).high)) if shots else (0.0, 1.0)
 
 
 def shot_of(shoot: Shoot, velocity: float, number: int) -> Shot:

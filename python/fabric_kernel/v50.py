@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy
-import scipy  # Its parts are loaded where they are used.
 
 from . import checks, designs, limit, network, results, window
 from ._kernel import Refused, Scene
@@ -31,7 +30,7 @@ from .page import Page, notebook, printed
 from .record import record
 from .sensitivity import Sensitivity
 from .shooter import Shooter, Unknown
-from .shots import Shoot, Shot, shot_of, shots_of
+from .shots import Shoot, Shot, share_within, shot_of, shots_of
 from .textile import axes
 from .window import Window
 
@@ -484,8 +483,7 @@ def at(
             say(f"{line}; {sum(not one.stopped for one in made)} of {shot + 1} went through")
     through, known, every = sum(not one.stopped for one in made), len(made), len(made) + len(notes)
     share = through / known if known else math.nan
-    exact = lambda count: scipy.stats.binomtest(count, every).proportion_ci(confidence, method="exact")
-    low, high = (share, share) if alike and known else (exact(through).low, exact(through + len(notes)).high)
+    low, high = (share, share) if alike and known else share_within(through, len(notes), every, confidence)
     unknown = f", {len(notes)} of unknown end" if notes else ""
     percent = (f"{100 * share:.0f} %" + (" of the others" if notes else "")) if known else "no share"
     answer = [

@@ -2,6 +2,7 @@
 
 use crate::{errors, parameters};
 use fabric_host::in_our_environment;
+use fabric_kernel::Feature;
 use fabric_kernel::fields::{FIELDS, field};
 use fabric_scene::memory::Buffers;
 use fabric_scene::{PRESETS, UNREAD, derived, short, textile};
@@ -305,7 +306,7 @@ fn made_of(text: &str, file: &str) -> PyResult<Scene> {
     let mut file = fabric_scene::table_of(text).map_err(errors::of_scene)?;
     let textiles = textile::of(&file);
     let mut remarks = Vec::from_iter(derived::unplaced(&file, &scene));
-    if fabric_scene::takes_automatic_grading(&mut file) && !scene.is_graded() {
+    if fabric_scene::takes_automatic_grading(&mut file) && !Feature::Grading.is_in(&scene) {
         remarks.push(format!(
             "sheet.grading = \"automatic\" left the network whole. For an error of {} % no row of this sheet can be left out, or it is held \
              at its corners (docs/model.md, \"Graded networks\")",

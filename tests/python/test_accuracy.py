@@ -18,9 +18,9 @@ def scene(speed=60.0):
     return fk.Scene("sheet_3in_sphere", sheet={"nodes_x": 49, "nodes_y": 49}, projectile={"velocity": [0.0, 0.0, speed]})
 
 
-def invented(slope=0.02, order=1.0, scatter=0.0, apart=0.0, failed=True, law=None):
-    """In place of shots: 10 J (1 + slope bars^order) or a law of the bars, a scatter that pairs share, and one that they do not;
-    8/bars^3 s a shot."""
+def invented(slope=0.02, order=1.0, scatter=0.0, apart=0.0, failed=True, law=None, off=0.0):
+    """In place of shots: 10 J (1 + slope bars^order) or a law of the bars, times 1 + off where graded, a scatter that pairs
+    share, and one that they do not; 8/bars^3 s a shot."""
     law = law or (lambda bars: 10.0 * (1.0 + slope * bars**order))
 
     def each(work, jobs, **_):
@@ -29,7 +29,9 @@ def invented(slope=0.02, order=1.0, scatter=0.0, apart=0.0, failed=True, law=Non
             bars = one["sheet.spacing"] / base["sheet.spacing"]
             random = numpy.random.default_rng([shot, round(1000 * bars), round(1000 * one["time_step.fraction"])])
             common = scatter * numpy.random.default_rng(shot).standard_normal()
-            value = law(bars) * (1.0 + common + apart * random.standard_normal())
+            value = (
+                law(bars) * (1.0 + off * (one["sheet.grading.largest"] > 1)) * (1.0 + common + apart * random.standard_normal())
+            )
             cost = 1e-3 * (0.4 / one["time_step.fraction"]) / bars**3
             found[key] = {
                 "value": value,
@@ -46,7 +48,7 @@ def invented(slope=0.02, order=1.0, scatter=0.0, apart=0.0, failed=True, law=Non
 
 def test_an_error_that_is_known_is_found_and_its_order():
     with invented(slope=0.022, scatter=0.03, failed=False):
-        found = accuracy(scene(), budget=1e6)
+        found = accuracy(scene(), budget=1e6, bars=module.BARS[:5])
     rows = {row.setting: row for row in found.rows}
     for bars in (4.0, 2.0, 1.0, 0.5):
         exact = 100.0 * ((1.0 + 0.022 * bars) / (1.0 + 0.022 * 0.25) - 1.0)
@@ -166,8 +168,17 @@ def test_a_graded_network_is_tried_where_it_has_fewer_nodes():
             projectile = { diameter = "5.556 mm", material = "steel" }
             aim.speed = "150 m/s" """)
     assert module.size(Setting(1.0, graded=True).scene(ply)) < 0.5 * module.size(ply)
-    with invented(slope=0.001):
-        found = accuracy(ply, 1.0, budget=1e6)
-        assert [row.setting.bars for row in found.rows if row.setting.graded] == [found.recommended.bars]
-        # Not where the aim or the attitude is not that of the middle.
-        assert not any(row.setting.graded for row in accuracy(ply, 1.0, budget=1e6, as_aimed=True).rows)
+    # Grading of one ply errs by so much; the whole network is shot at the coarsest one.
+    for off, kept in ((0.001, True), (0.03, False)):
+        with invented(slope=0.001, off=off, failed=False):
+            found = accuracy(ply, 2.0, budget=1e6)
+            graded = [row.setting.bars for row in found.rows if row.setting.graded and row.setting.is_network()]
+            assert [row.setting.bars for row in found.rows if row.setting.is_network() and row.setting.bars in graded] == [
+                graded[0],
+                *graded,
+            ]
+            assert bool(found.choices[0].row) == kept
+    with invented(slope=0.001, off=0.03):
+        # Not where the aim or the attitude is not that of the middle, nor if asked not to.
+        for how in ("as_aimed", "whole"):
+            assert not any(row.setting.graded for row in accuracy(ply, 1.0, budget=1e6, **{how: True}).rows)

@@ -1,13 +1,10 @@
-"""The programs of the documents, as a reader would run them, and their links."""
+"""Links, mentions and pictures of the pages; tests/pages runs their programs."""
 
 import ast
 import graphlib
 import pathlib
 import re
 import subprocess
-import sys
-
-import fabric_kernel as fk
 
 TOP = pathlib.Path(__file__).parents[2]
 SOURCES = {".rs", ".py", ".h", ".hpp", ".c", ".ts"}
@@ -25,48 +22,6 @@ def headings(page):
 
 def anchors(page):
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings(page)}
-
-
-def test_readme(tmp_path):
-    """The program and the commands of the README print what it says; what they write is in a folder of its own."""
-    text = (TOP / "README.md").read_text()
-    blocks = re.findall(r"^```(?:python|sh)\n([^`]*)```\n\n```text\n([^`]*)```", text, re.MULTILINE)
-    assert (len(blocks), text.count("```python\n")) == (2, 1)
-    for code, said in blocks:
-        name, *options = code.split()
-        program = ["-m", "fabric_kernel.program", *options, "--out", tmp_path / options[0]] if name == "fabric" else ["-c", code]
-        done = subprocess.run([sys.executable, *program], cwd=TOP, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        assert said.strip() in done.stdout
-
-
-def test_programs(tmp_path):
-    """Whole programs of docs/python.md run."""
-    blocks = re.findall(r"```python\n(.*?)```", (TOP / "docs" / "python.md").read_text(), re.DOTALL)
-    blocks = [block for block in blocks if "import fabric_kernel" in block]
-    assert len(blocks) == 2
-    for block in blocks:
-        script = tmp_path / "example.py"
-        script.write_text(block)
-        done = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        assert done.stdout
-
-
-def test_numbers():
-    """Numbers on pages whose programs are no whole ones."""
-    page = (TOP / "data/fabrics/README.md").read_text()
-    scene = fk.Scene.parse(re.findall(r"```toml\n(.*?)```", page, re.DOTALL)[0])
-    inviscid = scene.replace({f"yarn.viscosity_{kind}": 0.0 for kind in ("linear", "quadratic", "bending")})
-    absorbed = [f"{fk.fly(one).absorbed:.2f} J" for one in (scene, inviscid)]
-    assert f"absorbs {absorbed[0]}, without viscosity {absorbed[1]}." in page
-    page = (TOP / "docs/python.md").read_text()
-    (program,) = (block for block in re.findall(r"```py\n(.*?)```", page, re.DOTALL) if "body" in block)
-    names = {"fk": fk}
-    exec(program.rpartition("rows")[0], names)
-    for held, kind in (("two", "two_sides"), ("four", "four_sides")):
-        row = fk.fly(names["scene"].replace({"attachment.kind": kind}), until=["detached"])
-        assert f"| {held} | {row.speed:.2f} m/s, {row.absorbed:.2f} J |" in page
 
 
 def test_links():
@@ -91,6 +46,12 @@ def test_pictures():
     pages = "".join(file.read_text() for file in files() if file.suffix == ".md")
     for picture in (TOP / "docs" / "images").iterdir():
         assert f"images/{picture.name}" in pages, picture.name
+
+
+def test_scenes():
+    """Each example scene is in the index."""
+    index = (TOP / "examples/README.md").read_text()
+    assert all(f"](scenes/{scene.name})" in index for scene in (TOP / "examples/scenes").iterdir())
 
 
 def test_no_import_of_the_package_leads_back():

@@ -1,6 +1,7 @@
 //! The order of the sources: equations and where they are computed, files that import each other, what a host
 //! may use, and words.
 
+mod asked;
 mod equations;
 mod floors;
 mod surface;

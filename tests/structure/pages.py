@@ -1,7 +1,7 @@
 """`python3 tests/structure/pages.py`: each page keeps its budget of words, and its sentences are short, plain and in the words of
 the field. What programs print is in those words, too.
 
-Words are those of `wc -w`: the whole file. Sentences are checked outside of code and tables. `--all` prints the words of each
+Words are those of `wc -w` without comments. Sentences are checked outside of code and tables. `--all` prints the words of each
 page.
 """
 
@@ -13,36 +13,37 @@ import sys
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
 BUDGET = {
-    "README.md": 650,
-    "docs/model.md": 4450,
-    "docs/validation.md": 1900,
-    "docs/tutorial.md": 1555,
-    "docs/fmi.md": 1450,
-    "docs/accuracy.md": 1300,
-    "docs/embedding.md": 1350,
-    "docs/v50.md": 1190,
-    "docs/compare.md": 440,
-    "docs/python.md": 1100,
+    "README.md": 695,
+    "docs/model.md": 4490,
+    "docs/validation.md": 1909,
+    "docs/tutorial.md": 1528,
+    "docs/fmi.md": 1432,
+    "docs/accuracy.md": 1285,
+    "docs/embedding.md": 1340,
+    "docs/v50.md": 1215,
+    "docs/compare.md": 453,
+    "docs/python.md": 1218,
     "docs/reliability.md": 1000,
-    "docs/performance.md": 800,
-    "data/fabrics/README.md": 900,
-    "CONTRIBUTING.md": 650,
-    "examples/rotorburst/README.md": 500,
-    "docs/dependencies.md": 450,
-    "docs/web.md": 370,
-    "CHANGELOG.md": 350,
+    "docs/performance.md": 730,
+    "data/fabrics/README.md": 940,
+    "CONTRIBUTING.md": 662,
+    "examples/README.md": 150,
+    "examples/rotorburst/README.md": 368,
+    "docs/dependencies.md": 439,
+    "docs/web.md": 367,
+    "CHANGELOG.md": 300,
     "data/measured/README.md": 250,
     # Beside what they describe.
-    "evidence/resolved/README.md": 900,
-    "fmu/wasm/README.md": 400,
+    "evidence/resolved/README.md": 890,
+    "fmu/wasm/README.md": 307,
     "examples/reference/README.md": 160,
-    "kernel/README.md": 160,
+    "kernel/README.md": 155,
     "xtask/release/README.md": 130,
-    "examples/coupling/README.md": 80,
+    "examples/coupling/README.md": 82,
     "SECURITY.md": 95,
-    "python/README.md": 40,
+    "python/README.md": 37,
 }
-TABLES, ALL_TABLES = "docs/tables/", 35_000
+TABLES, ALL_TABLES = "docs/tables/", 18_400
 """Tables are written by programs: all of them together have one budget (evidence/short.py shortens them)."""
 LINKS = {"README.md": 15}
 PROGRAMS = [
@@ -51,10 +52,8 @@ PROGRAMS = [
     for kind in ("py", "rs", "ts")
 ]
 """Whose messages are read."""
-WORDS, NUMBERS = 30, 2
-"""At most these in a sentence. A range, a number with its interval and a size such as 105 x 105 are one number each."""
-ONE = r"[-−+]?\d[\d.,]*(?:e-?\d+)?(?!\w)"
-NUMBER = re.compile(rf"(?<![\w./-]){ONE}(?: (?:x|to|of) {ONE})*")
+WORDS = 30
+"""At most these in a sentence."""
 NAMES = r"\b(FMI|Python|3 in|10 in|Kevlar|Cortex|Chrome|Firefox|Safari) ?[-.\d]*"
 """Names with a number in them."""
 PRIVATE = re.compile(
@@ -85,13 +84,9 @@ def found(page, text):
         yield f"{page}: {links} links, limit {LINKS[page]}"
     for line, sentence in sentences(text):
         words = len(re.findall(r"[^\W\d_]{2,}", sentence))
-        # A formula may have as many numbers as it needs.
-        numbers = [] if re.search(r"[=≤≥<>√∝]", sentence) else NUMBER.findall(sentence)
         start = " ".join(sentence.split()[:6])
         if words > WORDS:
             yield f"{page}:{line}: a sentence of {words} words, limit {WORDS}: {start} ..."
-        if len(numbers) > NUMBERS:
-            yield f"{page}:{line}: a sentence with {len(numbers)} numbers, limit {NUMBERS}: {start} ..."
         for private in PRIVATE.finditer(sentence):
             yield f"{page}:{line}: a private word, {private[0]!r}: {start} ..."
 
@@ -121,12 +116,12 @@ def messages(file, text):
 
 
 def main():
-    assert len(list(found("planted", f"It stands 3 m/s above 4 and 5,{' and so' * 14}."))) == 3, "what is wrong is not found"
+    assert len(list(found("planted", f"It stands 3 m/s above 4,{' and so' * 14}."))) == 2, "what is wrong is not found"
     assert messages("a.py", '"""It told us."""\nraise E(f"{told}: it told us")') == [(2, "x: it told us")], (
         "a message is not found"
     )
     listed = subprocess.run(["git", "ls-files", "*.md"], cwd=TOP, capture_output=True, text=True, check=True).stdout.split()
-    texts = {page: (TOP / page).read_text() for page in listed if (TOP / page).is_file()}
+    texts = {page: re.sub(r"<!--.*?-->", "", (TOP / page).read_text()) for page in listed if (TOP / page).is_file()}
     words = {page: len(text.split()) for page, text in texts.items()}
     tables = sum(count for page, count in words.items() if page.startswith(TABLES))
     wrong = [f"{TABLES}: {tables} words in all, limit {ALL_TABLES}"] if tables > ALL_TABLES else []
@@ -145,7 +140,7 @@ def main():
         ["git", "ls-files", *PROGRAMS], cwd=TOP, capture_output=True, text=True, check=True
     ).stdout.split():
         for line, said in messages(file, (TOP / file).read_text()):
-            wrong += [what for what in found(f"{file}:{line}", said) if "numbers" not in what]
+            wrong += found(f"{file}:{line}", said)
     print("\n".join(wrong) or f"{len(words)} pages keep their budgets: {sum(words.values()) - tables} words, of tables {tables}")
     sys.exit(bool(wrong))
 

@@ -6,6 +6,8 @@ declare module "built:data" {
   export const wholes: string[];
   /** Constants of the C header. */
   export const constants: Record<string, number>;
+  /** Numbers of the preset by the key of a scene file. */
+  export const preset: Record<string, number[]>;
   /** What each named fabric changes in the preset: numbers by the key of a scene file. */
   export const fabrics: Record<string, Record<string, number[]>>;
   /** Faces, mass and moments of the fragment simulator of each calibre, likewise. */

@@ -8,7 +8,7 @@ import { COLUMNS, ROW } from "./messages";
 import type { Frame, FromWorker, Rest, Row, Speed, ToWorker } from "./messages";
 import { Plot } from "./plots";
 import type { Axis } from "./plots";
-import { DEFAULTS, DIMENSIONS, NAMED, assignments, ball, changesOf, closing, extent, fromAddress, mass, misses, nameOf, rows, toAddress, toToml } from "./scene";
+import { DEFAULTS, DIMENSIONS, NAMED, assignments, ball, closing, extent, fromAddress, mass, misses, nameOf, parameter, rows, toAddress, toToml } from "./scene";
 import type { Choices, Shape } from "./scene";
 import { View } from "./view";
 import type { Colouring, Side } from "./view";
@@ -391,7 +391,7 @@ function sameBits(): boolean | undefined {
 
 /** Strain at which the yarn begins to fail. */
 function critical(): number {
-  return (changesOf(shown.fabric)["yarn.critical_stretch"]?.[0] ?? 1.03) - 1;
+  return parameter(shown.fabric, "yarn.critical_stretch") - 1;
 }
 
 function show(): void {

@@ -2,7 +2,7 @@
  *
  * A scene must mean the same bits in every browser, but Math.sin and Math.cos may differ in their last digit. So what is computed
  * with them is rounded to nine decimals, and the scene file has the rounded numbers. */
-import { fabrics, fragments } from "built:data";
+import { fabrics, fragments, preset } from "built:data";
 
 export type Attachment = "two_sides" | "four_sides" | "four_corners" | "free";
 export type Shape = "sphere" | "cylinder" | "box" | "disc_sector" | "fsp";
@@ -104,9 +104,6 @@ type Vector = [number, number, number];
 type Quaternion = [number, number, number, number];
 
 const rounded = (x: number): number => Math.round(x * 1e9) / 1e9 + 0;
-const SPACING = 0.0254 / 35;
-/** Yarn of the preset: area, m², modulus, Pa, and critical stretch. */
-const [AREA, MODULUS, STRETCH] = [1.075e-7, 140.21e9, 1.03];
 
 function product(a: Quaternion, b: Quaternion): Quaternion {
   const [p, q] = [a, b];
@@ -245,16 +242,22 @@ export function changesOf(fabric: string): Record<string, number[]> {
   return changes;
 }
 
+/** A parameter of the fabric, or of the preset where the fabric does not change it. */
+export function parameter(fabric: string, key: string): number {
+  const [value] = changesOf(fabric)[key] ?? preset[key] ?? [];
+  if (value === undefined) throw new Error(`the preset has no ${key}`);
+  return value;
+}
+
 /** The distance of two nodes along x, m. */
 export function spacing({ fabric, bar }: Choices): number {
-  return (changesOf(fabric)["sheet.spacing"]?.[0] ?? SPACING) * bar;
+  return parameter(fabric, "sheet.spacing") * bar;
 }
 
 /** Force at which a bar of one ply slips, N: as a scene file has it, to the bit. */
 function hold({ fabric, bar, hold, holdIn }: Choices): number {
   if (holdIn === "newton") return hold * bar;
-  const of = (key: string, preset: number): number => changesOf(fabric)[key]?.[0] ?? preset;
-  const [modulus, stretch, area] = [of("yarn.modulus_mean", MODULUS), of("yarn.critical_stretch", STRETCH), of("sheet.yarn_area", AREA) * bar];
+  const [modulus, stretch, area] = [parameter(fabric, "yarn.modulus_mean"), parameter(fabric, "yarn.critical_stretch"), parameter(fabric, "sheet.yarn_area") * bar];
   return ((hold * (modulus * area * (0.5 * (stretch * stretch - 1)) * stretch)) / bar) * bar;
 }
 
@@ -269,16 +272,15 @@ export function assignments(choices: Choices): Assignment[] {
     { key: "sheet.plies", value: [choices.plies] },
   ];
   // As `sheet.yarns_per_bar` of a scene file has it, to the bit.
-  const network: Record<string, number[]> = { "sheet.spacing": [SPACING], "sheet.node_mass": [6.52e-8], "sheet.yarn_area": [AREA], ...changesOf(choices.fabric) };
-  for (const [key, [value = 0]] of choices.bar === 1 ? [] : Object.entries(network)) {
-    if (/^sheet\.(spacing|yarn_area)/.test(key)) all.push({ key, value: [value * choices.bar] });
-    if (key === "sheet.node_mass") all.push({ key, value: [value * (choices.bar * choices.bar)] });
+  const changed = Object.keys(changesOf(choices.fabric)).filter((key) => /^sheet\.(spacing|yarn_area|node_mass)/.test(key));
+  for (const key of choices.bar === 1 ? [] : new Set(["sheet.spacing", "sheet.node_mass", "sheet.yarn_area", ...changed])) {
+    all.push({ key, value: [parameter(choices.fabric, key) * (key === "sheet.node_mass" ? choices.bar * choices.bar : choices.bar)] });
   }
   const circle = rounded(1e-3 * choices.curve);
   if (circle !== 0 || choices.closed === "yes") all.push({ key: "sheet.radius", value: [circle] }, { key: "sheet.closed", value: [choices.closed === "yes" ? 1 : 0] });
   // Curved cloth has no such viscosity.
   if (circle !== 0) all.push({ key: "yarn.viscosity_bending", value: [0] });
-  const [own = 0] = network["sheet.thickness"] ?? [];
+  const own = parameter(choices.fabric, "sheet.thickness");
   const half = 0.5 * ((choices.thickness < 0 ? own : rounded(1e-3 * choices.thickness)) * choices.plies);
   if (choices.thickness >= 0) all.push({ key: "sheet.thickness", value: [rounded(1e-3 * choices.thickness)] });
   if (choices.casing !== 0) {

@@ -1,7 +1,7 @@
 //! The binary interface: the symbols, the layout of every structure on several targets.
 
 use crate::chosts::prefix;
-use crate::tools::{Outcome, found, output, read, run as command, top};
+use crate::tools::{Outcome, ensure, found, sh, shell};
 
 /// A target, its C and its C++ compiler, and what they need to be told.
 const TARGETS: [(&str, [&str; 2], &[&str]); 7] = [
@@ -27,26 +27,26 @@ pub fn run() -> Outcome {
 }
 
 /// The shared library exports what tests/c/abi/symbols.txt lists and nothing else.
-fn symbols() -> Result<usize, String> {
+fn symbols() -> Outcome<usize> {
     let library = prefix().join("lib/libfabric_kernel.so");
-    let listed = output("nm", &["-D", "--defined-only", &library.to_string_lossy()])?;
+    let listed = sh!("nm -D --defined-only {library}").read()?;
     let mut exported: Vec<_> = listed.lines().filter_map(|line| line.split_whitespace().last()).collect();
     exported.sort_unstable();
-    let path = top().join("tests/c/abi/symbols.txt");
-    let committed = read(&path)?;
+    let committed = shell().read_file("tests/c/abi/symbols.txt")?;
     let committed: Vec<_> = committed.lines().collect();
     let lost: Vec<_> = committed.iter().filter(|name| !exported.contains(name)).collect();
     let new: Vec<_> = exported.iter().filter(|name| !committed.contains(name)).collect();
-    if lost.is_empty() && new.is_empty() {
-        println!("  {} symbols, as committed", exported.len());
-        return Ok(exported.len());
-    }
-    Err(format!("tests/c/abi/symbols.txt: new {new:?} (add them), lost {lost:?} (old hosts need them)"))
+    ensure!(
+        lost.is_empty() && new.is_empty(),
+        "tests/c/abi/symbols.txt: new {new:?} (add them), lost {lost:?} (old hosts need them)"
+    );
+    println!("  {} symbols, as committed", exported.len());
+    Ok(exported.len())
 }
 
 /// tests/c/abi/layout.c compiles as C and C++ for every target whose compiler is here. Only its header is
 /// needed, so no C library of the target has to be. The number of targets.
-fn layouts() -> Result<usize, String> {
+fn layouts() -> Outcome<usize> {
     let mut checked = Vec::new();
     let languages = [("C", ["-xc", "-std=c11"]), ("C++", ["-xc++", "-std=c++17"])];
     for (target, compilers, options) in TARGETS {
@@ -55,7 +55,7 @@ fn layouts() -> Result<usize, String> {
                 continue;
             }
             let flags = ["-fsyntax-only", "-ffreestanding", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Iinclude"];
-            command(compiler, &[options, &standard[..], &flags[..], &["tests/c/abi/layout.c"]].concat())?;
+            sh!("{compiler} {options...} {standard...} {flags...} tests/c/abi/layout.c").run()?;
             checked.push(format!("{target} ({language})"));
         }
     }

@@ -2,7 +2,7 @@
 //! and a pack that stops it; tables, plots and a report come out.
 
 use crate::platforms::Targets;
-use crate::tools::{self, Outcome};
+use crate::tools::{Outcome, bail, python, said, sh, target};
 use std::path::Path;
 
 #[derive(clap::Args)]
@@ -20,26 +20,25 @@ pub fn run(options: &Options) -> Outcome {
     crate::needs::demo()?;
     // The pack: bonded plies that stopped the fragment at each of four speeds close together, found by hand.
     let (folder, case, pack) = if options.quick { ("demo-quick", "small", "8") } else { ("demo", "disc", "16") };
-    let out = tools::target().join(folder);
-    let text = |path: &Path| path.to_string_lossy().into_owned();
-    let program = |name: &str| text(&tools::top().join(PROGRAMS).join(name));
+    let out = target().join(folder);
     let python = std::thread::scope(|scope| {
         // The pictures of the sheet are made with the package, which compiles beside FMU and flight.
         let package = scope.spawn(crate::wheel::installed);
         crate::fmu::packed(Targets::Host, false)?;
-        let python = tools::python()?;
-        let fmu = text(&tools::target().join("fmu/FabricShield-fmi2.fmu"));
-        let fly = |out: &Path, plies: &str| {
-            let run = ["--case", case, "--plies", plies, "--fmu", &fmu, "--out", &text(out)];
-            tools::run(&python, &[&[&*program("rotorburst.py")], &run[..]].concat())
+        let python = python()?;
+        let fmu = target().join("fmu/FabricShield-fmi2.fmu");
+        let fly = |out: &Path, plies: &str| -> Outcome {
+            let flight = sh!("{python} {PROGRAMS}/rotorburst.py --case {case} --plies {plies} --fmu {fmu} --out {out}");
+            Ok(flight.run()?)
         };
-        tools::said("Flying the fragment at one ply and at the pack", || {
+        said("Flying the fragment at one ply and at the pack", || {
             std::thread::scope(|scope| {
                 let other = scope.spawn(|| fly(&out.join("pack"), pack));
-                fly(&out, "1").and(other.join().unwrap_or_else(|_| Err("the flight at the pack broke off".into())))
+                fly(&out, "1")?;
+                other.join().unwrap_or_else(|_| bail!("the flight at the pack broke off"))
             })
         })?;
-        package.join().unwrap_or_else(|_| Err("the build of the package broke off".into()))
+        package.join().unwrap_or_else(|_| bail!("the build of the package broke off"))
     })?;
-    tools::said("Drawing the report", || tools::run(&python, &[&program("report.py"), &text(&out)]))
+    said("Drawing the report", || Ok(sh!("{python} {PROGRAMS}/report.py {out}").run()?))
 }

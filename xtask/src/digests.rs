@@ -3,11 +3,15 @@
 
 use crate::platforms;
 use crate::targets::{self, BOARD as BOARD_TRIPLE, HARD, Tool, WASM};
-use crate::tools::{self, Outcome, finish, first_found, make_folder, output, read, target, top};
+use crate::tools::{
+    Context as _, Outcome, anyhow, asked, bail, ensure, finish, first_found, found, left_out, sh, shell, step_left_out,
+    target,
+};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
+use xshell::Cmd;
 
 #[derive(clap::Args, Default)]
 pub struct Options {
@@ -92,7 +96,7 @@ const QEMU_BOARD: [&str; 14] = [
 const WINDOWS: &str = "x86_64-pc-windows-gnu";
 
 impl Program {
-    fn compiler(&self) -> Result<Tool, String> {
+    fn compiler(&self) -> Outcome<Tool> {
         match self.library {
             Linked::Of(triple, _) => Ok(targets::of(triple)?.compiler),
             Linked::Shipped | Linked::Choosing => Ok(Tool(&["gcc"], "gcc libc6-dev")),
@@ -124,7 +128,7 @@ pub fn run(options: &Options) -> Outcome {
         |target: &&Program| options.targets.is_empty() || options.targets.iter().any(|name| name == target.name);
     if let Some(unknown) = options.targets.iter().find(|name| TARGETS.iter().all(|target| target.name != *name)) {
         let names: Vec<_> = TARGETS.iter().map(|target| target.name).collect();
-        return Err(format!("there is no target {unknown}; there are {}", names.join(", ")));
+        bail!("there is no target {unknown}; there are {}", names.join(", "));
     }
     let pins = pins("scene")?;
     let targets: Vec<&Program> = TARGETS.iter().filter(wanted).collect();
@@ -132,23 +136,23 @@ pub fn run(options: &Options) -> Outcome {
     let mut results = Vec::new();
     for target in targets {
         let result = match ready(target) {
-            Ok(()) => tried(target, &libraries).map_err(|what| format!("{}: {what}", target.name))?,
-            Err(reason) => Fate::Skipped(reason),
+            Ok(()) => tried(target, &libraries).context(target.name)?,
+            Err(reason) => Fate::Skipped(reason.to_string()),
         };
         results.push((target.name, result));
     }
     report(&pins, &results)?;
     match libraries.iter().find(|built| built.0 == FIRMWARE) {
-        Some((_, path)) if tools::found(&["make"], "examples/cortex-m7") => firmware(path)?,
+        Some((_, path)) if found(&["make"], "examples/cortex-m7") => firmware(path)?,
         Some(_) => {}
-        None => tools::left_out("examples/cortex-m7", "as cortex-m7-hard"),
+        None => left_out("examples/cortex-m7", "as cortex-m7-hard"),
     }
     let skipped = results.iter().find(|(_, result)| matches!(result, Fate::Skipped(_)));
     if let (Some((name, _)), false, false) = (skipped, options.targets.is_empty(), options.only_available) {
-        return Err(format!("{name} was asked for and cannot run here"));
+        bail!("{name} was asked for and cannot run here");
     }
     if skipped.is_some() && results.iter().all(|(_, fate)| matches!(fate, Fate::Skipped(_))) {
-        return tools::step_left_out("no target could run");
+        return step_left_out("no target could run");
     }
     Ok(())
 }
@@ -161,33 +165,27 @@ const FIRMWARE: Linked = Linked::Of(BOARD_TRIPLE, HARD);
 fn firmware(library: &Path) -> Outcome {
     let folder = target().join("digests").join("programs");
     let make = |what: &[&str]| {
-        let mut command = Command::new("make");
-        command.args(["--silent", "-f", "examples/cortex-m7/Makefile"]).args(what).current_dir(top());
-        command.arg(format!("LIBRARY={}", library.display())).arg(format!("BUILD={}", folder.display()));
-        output_within(&mut command, Duration::from_secs(900))
+        let make = sh!("make --silent -f examples/cortex-m7/Makefile LIBRARY={library} BUILD={folder}");
+        output_within(make.args(what), Duration::from_secs(900))
     };
     let rounding_up = "CC=arm-none-eabi-gcc tests/digests/rounding.c -Wl,--wrap=main";
     make(&["--always-make", rounding_up])?;
     let otherwise = make(&["run"])?;
     make(&["--always-make"])?;
     let board = make(&["run"])?;
-    let here = folder.join("firmware-here.exe");
+    let (here, shipped) = (folder.join("firmware-here.exe"), build_one(Linked::Shipped)?);
     let sources = ["examples/cortex-m7/main.c", "tests/digests/board_hosted.c"];
-    let mut compiler = Command::new("gcc");
-    compiler.args(["-O2", "-std=c11", "-Iinclude", "-Iexamples/cortex-m7"]).args(sources).current_dir(top());
-    finish(compiler.arg(build_one(Linked::Shipped)?).arg("-o").arg(&here))?;
-    let here = output_within(&mut Command::new(&here), Duration::from_secs(60))?;
-    let sizes = output("arm-none-eabi-size", &[&folder.join("firmware.elf").to_string_lossy()])?;
+    sh!("gcc -O2 -std=c11 -Iinclude -Iexamples/cortex-m7 {sources...} {shipped} -o {here}").run()?;
+    let here = output_within(sh!("{here}"), Duration::from_secs(60))?;
+    let sizes = sh!("arm-none-eabi-size {folder}/firmware.elf").read()?;
     let sizes: Vec<u64> =
         sizes.lines().nth(1).unwrap_or_default().split_whitespace().filter_map(|word| word.parse().ok()).collect();
-    let [text, data, bss, ..] = sizes[..] else { return Err("arm-none-eabi-size printed no sizes".into()) };
+    let [text, data, bss, ..] = sizes[..] else { bail!("arm-none-eabi-size printed no sizes") };
     let digest = |printed: &str| lines(printed).into_iter().find(|(name, _)| name == "digest");
-    if digest(&board).is_none() || digest(&board) != digest(&here) {
-        return Err(format!("examples/cortex-m7 prints\n{board}and on this machine\n{here}"));
-    }
-    if digest(&otherwise) != digest(&board) {
-        return Err(format!("examples/cortex-m7 prints\n{board}and if it rounds upwards and flushes\n{otherwise}"));
-    }
+    let equal = digest(&board).is_some() && digest(&board) == digest(&here);
+    ensure!(equal, "examples/cortex-m7 prints\n{board}and on this machine\n{here}");
+    let equal = digest(&otherwise) == digest(&board);
+    ensure!(equal, "examples/cortex-m7 prints\n{board}and if it rounds upwards and flushes\n{otherwise}");
     let counted = board.lines().last().unwrap_or_default();
     let (flash, ram) = (text + data, data + bss);
     println!("examples/cortex-m7: digest as on this machine, flash {flash} bytes, RAM {ram} bytes, {counted}");
@@ -195,15 +193,12 @@ fn firmware(library: &Path) -> Outcome {
 }
 
 /// Whether everything that a target needs is here; if not, what is missing and how to get it.
-fn ready(target: &Program) -> Result<(), String> {
+fn ready(target: &Program) -> Outcome {
     let machine = cfg!(all(target_arch = "x86_64", target_os = "linux"));
-    if !machine && !matches!(target.library, Linked::Of(..)) {
-        return Err("this machine is not an x86-64 with Linux".into());
-    }
-    if let Runner::MachineWith(feature) = target.runner
-        && !has(feature)
-    {
-        return Err(format!("the processor of this machine has no {feature}"));
+    let possible = machine || matches!(target.library, Linked::Of(..));
+    ensure!(possible, "this machine is not an x86-64 with Linux");
+    if let Runner::MachineWith(feature) = target.runner {
+        ensure!(has(feature), "the processor of this machine has no {feature}");
     }
     target.compiler()?.found()?;
     let Linked::Of(triple, _) = target.library else { return Ok(()) };
@@ -211,32 +206,29 @@ fn ready(target: &Program) -> Result<(), String> {
         targets::of(triple)?.runner.found()?;
     }
     if triple == WASM {
-        wasm_linker()?;
+        let _ = wasm_linker()?;
     }
     platforms::compiler_for(triple).map(|_| ())
 }
 
 /// Whether this machine's processor has some instructions.
 fn has(feature: &str) -> bool {
-    let list = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    list.lines()
-        .find(|line| line.starts_with("flags"))
-        .is_some_and(|line| line.split_whitespace().any(|word| word == feature))
+    let list = shell().read_file("/proc/cpuinfo").unwrap_or_default();
+    let flags = list.lines().find(|line| line.starts_with("flags")).unwrap_or_default();
+    flags.split_whitespace().any(|word| word == feature)
 }
 
 /// The linker for WebAssembly: LLVM's, or the one that rustup's compilers have.
-fn wasm_linker() -> Result<Command, String> {
+fn wasm_linker() -> Outcome<Cmd<'static>> {
     if let Some(program) = first_found(&["wasm-ld"]) {
-        return Ok(Command::new(program));
+        return Ok(sh!("{program}"));
     }
-    let of_rust = output("rustc", &["--print", "sysroot"]).ok().and_then(|sysroot| {
-        let machines = std::fs::read_dir(Path::new(sysroot.trim()).join("lib/rustlib")).ok()?;
-        machines.flatten().map(|machine| machine.path().join("bin/rust-lld")).find(|path| path.exists())
+    let of_rust = asked(sh!("rustc --print sysroot")).and_then(|sysroot| {
+        let machines = shell().read_dir(Path::new(&sysroot).join("lib/rustlib")).ok()?;
+        machines.into_iter().map(|machine| machine.join("bin/rust-lld")).find(|path| path.exists())
     });
-    let mut command =
-        Command::new(of_rust.ok_or("wasm-ld is missing (Debian: lld; or the rustc of rustup, which has rust-lld)")?);
-    command.args(["-flavor", "wasm"]);
-    Ok(command)
+    let linker = of_rust.context("wasm-ld is missing (Debian: lld; or the rustc of rustup, which has rust-lld)")?;
+    Ok(sh!("{linker} -flavor wasm"))
 }
 
 /// A library and its file.
@@ -244,7 +236,7 @@ type Built = (Linked, PathBuf);
 
 /// Builds the libraries of all targets that can run, two at a time. Each has a folder of its own, so the
 /// builds do not wait for one another.
-fn build(targets: &[&Program]) -> Result<Vec<Built>, String> {
+fn build(targets: &[&Program]) -> Outcome<Vec<Built>> {
     let mut wanted = Vec::new();
     for target in targets {
         if ready(target).is_ok() && !wanted.contains(&target.library) {
@@ -253,19 +245,19 @@ fn build(targets: &[&Program]) -> Result<Vec<Built>, String> {
     }
     let waiting = Mutex::new(wanted.into_iter());
     let next = || waiting.lock().ok()?.next();
-    let worker = || -> Result<Vec<Built>, String> {
+    let worker = || -> Outcome<Vec<Built>> {
         std::iter::from_fn(next).map(|library| Ok((library, build_one(library)?))).collect()
     };
     std::thread::scope(|scope| {
         let other = scope.spawn(worker);
         let mut done = worker()?;
-        done.extend(other.join().map_err(|_| "a build broke off")??);
+        done.extend(other.join().map_err(|_| anyhow!("a build broke off"))??);
         Ok(done)
     })
 }
 
 /// One library, in the profile that ships, and its file.
-fn build_one(library: Linked) -> Result<PathBuf, String> {
+fn build_one(library: Linked) -> Outcome<PathBuf> {
     let folder = target().join("digests");
     match library {
         Linked::Shipped => Ok(crate::install::build()?.join("libfabric_kernel.a")),
@@ -279,116 +271,112 @@ fn build_one(library: Linked) -> Result<PathBuf, String> {
     }
 }
 
-fn tried(target: &Program, libraries: &[Built]) -> Result<Fate, String> {
-    let (_, library) = libraries.iter().find(|built| built.0 == target.library).ok_or("its library was not built")?;
+fn tried(target: &Program, libraries: &[Built]) -> Outcome<Fate> {
+    let (_, library) = libraries.iter().find(|built| built.0 == target.library).context("its library was not built")?;
     let program = link(target, library)?;
     let (printed, by, seconds) = execute(target, &program)?;
     Ok(Fate::Ran { lines: lines(&printed), by, seconds })
 }
 
 /// Compiles the C files and links them with the library.
-fn link(target: &Program, library: &Path) -> Result<PathBuf, String> {
-    let folder = self::target().join("digests").join("programs");
-    make_folder(folder.to_path_buf())?;
-    let mut compiler = Command::new(target.compiler()?.found()?);
-    compiler
-        .args(["-O2", "-std=c11", "-Wall", "-Wextra", "-Werror", "-Iinclude", "-Itests/digests"])
-        .args(target.options)
-        .arg("tests/digests/digests.c")
-        .args(target.sources)
-        .current_dir(top());
+fn link(target: &Program, library: &Path) -> Outcome<PathBuf> {
+    let folder = shell().create_dir(self::target().join("digests").join("programs"))?;
     if matches!(target.library, Linked::Of(WASM, _)) {
-        let (object, program) = (folder.join("digests.o"), folder.join("digests.wasm"));
-        finish(compiler.arg("-c").arg("-o").arg(&object))?;
-        link_module(&object, library, &["print_digests".into()], &program)?;
+        let program = folder.join("digests.wasm");
+        link_module(target, library, &["print_digests".into()], &program)?;
         return Ok(program);
     }
     // Windows runs nothing without the ending; elsewhere it does not matter.
     let program = folder.join(format!("{}.exe", target.name));
-    finish(compiler.arg(library).arg("-o").arg(&program))?;
+    finish(compiled(target)?.args(target.sources).arg(library).arg("-o").arg(&program))?;
     Ok(program)
 }
 
+/// The compiler of digests.c for a target.
+fn compiled(target: &Program) -> Outcome<Cmd<'static>> {
+    let (compiler, options) = (target.compiler()?.found()?, target.options);
+    let warnings = ["-Wall", "-Wextra", "-Werror"];
+    let folders = ["-Iinclude", "-Itests/digests"];
+    Ok(sh!("{compiler} -O2 -std=c11 {warnings...} {folders...} {options...} tests/digests/digests.c"))
+}
+
 /// A module for WebAssembly of digests.c and the library, with what it exports.
-fn link_module(object: &Path, library: &Path, exports: &[String], program: &Path) -> Outcome {
-    let mut linker = wasm_linker()?;
-    linker
-        .args(["--no-entry", "--allow-undefined", "--gc-sections", "--strip-all"])
-        .args(exports.iter().map(|name| format!("--export={name}")));
+fn link_module(target: &Program, library: &Path, exports: &[String], program: &Path) -> Outcome {
+    let object = program.with_extension("o");
+    finish(compiled(target)?.arg("-c").arg("-o").arg(&object))?;
+    let options = ["--no-entry", "--allow-undefined", "--gc-sections", "--strip-all"];
+    let linker = wasm_linker()?.args(options).args(exports.iter().map(|name| format!("--export={name}")));
     finish(linker.arg(object).arg(library).arg("-o").arg(program)).map(|_| ())
 }
 
 /// The kernel for browsers, with vectors of two numbers, and the scenes of digests.c in it; an error says
 /// which tool is missing.
 pub fn module(program: &Path) -> Outcome {
-    let target = TARGETS.iter().find(|target| target.name == "wasm32").ok_or("there is no target wasm32")?;
+    let target = wasm()?;
     ready(target)?;
     let library = build_one(Linked::Of(WASM, "-Ctarget-feature=+simd128"))?;
-    let object = program.with_extension("o");
-    let mut compiler = Command::new(target.compiler()?.found()?);
-    compiler.args(["-O2", "-std=c11", "-Iinclude", "-Itests/digests", "-c", "tests/digests/digests.c"]);
-    finish(compiler.args(target.options).current_dir(top()).arg("-o").arg(&object))?;
-    let mut exports: Vec<String> = read(top().join("tests/c/abi/symbols.txt"))?.lines().map(str::to_string).collect();
+    let mut exports: Vec<String> = shell().read_file("tests/c/abi/symbols.txt")?.lines().map(str::to_string).collect();
     exports.extend(["print_digests".into(), "__heap_base".into()]);
-    link_module(&object, &library, &exports, program)
+    link_module(target, &library, &exports, program)
 }
 
 /// Whether [`module`] can be made here; if not, what is missing.
-pub fn module_ready() -> Result<(), String> {
-    TARGETS.iter().find(|target| target.name == "wasm32").map_or(Ok(()), ready)
+pub fn module_ready() -> Outcome {
+    ready(wasm()?)
+}
+
+fn wasm() -> Outcome<&'static Program> {
+    TARGETS.iter().find(|target| target.name == "wasm32").context("there is no target wasm32")
 }
 
 /// Runs a program: what it printed, what ran it, and for how long.
-fn execute(target: &Program, program: &Path) -> Result<(String, String, f64), String> {
+fn execute(target: &Program, program: &Path) -> Outcome<(String, String, f64)> {
     let other = match (target.runner, target.library) {
         // A kernel may be built without 32 bits.
-        (Runner::MachineOrOther, _) if Command::new(program).stdout(Stdio::null()).status().is_ok() => None,
+        (Runner::MachineOrOther, _) if asked(sh!("{program}")).is_some() => None,
         (Runner::MachineOrOther | Runner::Other, Linked::Of(triple, _)) => Some(targets::of(triple)?),
         _ => None,
     };
     let by = other.map_or(Ok("this machine"), |target| target.runner.found())?;
-    let mut command = other.map_or_else(|| Command::new(program), |target| on_runner(target.triple, by, program));
+    let command = other.map_or_else(|| sh!("{program}"), |target| on_runner(target.triple, by, program));
     let start = Instant::now();
-    let printed = output_within(&mut command, Duration::from_secs(900))?;
+    let printed = output_within(command, Duration::from_secs(900))?;
     Ok((printed, by.into(), start.elapsed().as_secs_f64()))
 }
 
 /// A program that another runs.
-fn on_runner(triple: &str, runner: &str, program: &Path) -> Command {
-    let mut command = Command::new(runner);
-    match triple {
-        BOARD_TRIPLE => _ = command.args(QEMU_BOARD),
-        WASM => _ = command.arg(top().join("tests/digests/wasm.mjs")),
-        WINDOWS => _ = command.env("WINEDEBUG", "-all").env("WINEPREFIX", target().join("wine")),
-        _ => {}
-    }
-    command.arg(program);
-    command
+fn on_runner(triple: &str, runner: &str, program: &Path) -> Cmd<'static> {
+    let command = sh!("{runner}");
+    let command = match triple {
+        BOARD_TRIPLE => command.args(QEMU_BOARD),
+        WASM => command.arg("tests/digests/wasm.mjs"),
+        WINDOWS => command.env("WINEDEBUG", "-all").env("WINEPREFIX", target().join("wine")),
+        _ => command,
+    };
+    command.arg(program)
 }
 
 /// What a program prints; it is stopped if it takes too long. It must print less than a pipe holds.
-fn output_within(command: &mut Command, longest: Duration) -> Result<String, String> {
-    let started = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
-    let mut child = started.map_err(|error| format!("cannot start {command:?}: {error}"))?;
+fn output_within(command: Cmd, longest: Duration) -> Outcome<String> {
+    let said = format!("`{command}`");
+    let mut started = Command::from(command.ignore_stderr());
+    let mut child = started.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().with_context(|| said.clone())?;
     let start = Instant::now();
-    while child.try_wait().map_err(|error| error.to_string())?.is_none() {
+    while child.try_wait()?.is_none() {
         if start.elapsed() > longest {
-            child.kill().map_err(|error| error.to_string())?;
+            child.kill()?;
         }
         std::thread::sleep(Duration::from_millis(20));
     }
-    let output = child.wait_with_output().map_err(|error| error.to_string())?;
+    let output = child.wait_with_output()?;
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
-    if output.status.success() {
-        Ok(printed)
-    } else {
-        Err(format!("{command:?} failed ({}): {printed}", output.status))
-    }
+    ensure!(output.status.success(), "{said} failed ({}): {printed}", output.status);
+    Ok(printed)
 }
 
 /// Names and values of one kind in tests/golden/pins.
-pub(crate) fn pins(kind: &str) -> Result<Vec<(String, String)>, String> {
-    let pins = lines(&read(top().join("tests/golden/pins"))?);
+pub(crate) fn pins(kind: &str) -> Outcome<Vec<(String, String)>> {
+    let pins = lines(&shell().read_file("tests/golden/pins")?);
     Ok(pins.iter().filter(|(of, _)| of == kind).flat_map(|(_, pin)| lines(pin)).collect())
 }
 
@@ -405,7 +393,7 @@ fn report(pins: &[(String, String)], results: &[(&str, Fate)]) -> Outcome {
     let (mut ran, mut different) = (0, Vec::new());
     for (name, fate) in results {
         match fate {
-            Fate::Skipped(reason) => tools::left_out(&format!("digests on {name}"), reason),
+            Fate::Skipped(reason) => left_out(&format!("digests on {name}"), reason),
             Fate::Ran { lines, by, seconds } => {
                 ran += 1;
                 let cells: Vec<_> = pins
@@ -426,9 +414,6 @@ fn report(pins: &[(String, String)], results: &[(&str, Fate)]) -> Outcome {
         pins.len(),
         ran - different.len()
     );
-    if different.is_empty() {
-        Ok(())
-    } else {
-        Err(format!("digests are not those of tests/golden/pins\n{}", different.concat()))
-    }
+    ensure!(different.is_empty(), "digests are not those of tests/golden/pins\n{}", different.concat());
+    Ok(())
 }

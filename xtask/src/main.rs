@@ -10,7 +10,6 @@ mod fmu;
 mod fuzz;
 mod install;
 mod needs;
-mod readme;
 mod release;
 mod rotorburst;
 mod sanitize;
@@ -46,8 +45,7 @@ enum Command {
     Verify,
     /// Write target/fmu/FabricShield-fmi2.fmu and -fmi3.fmu.
     Fmu(fmu::Options),
-    /// Build the rotorburst example as a host in C and as an SSP package, and compare both with the host in
-    /// Python.
+    /// Build the rotorburst example as an SSP package, and compare it with the host in Python.
     Rotorburst(rotorburst::Options),
     /// Build the C and C++ library and install it with its headers, CMake package and pkg-config file.
     Install(install::Options),
@@ -76,7 +74,7 @@ enum Command {
 }
 
 fn main() -> std::process::ExitCode {
-    let result = match Arguments::parse().command {
+    tools::ended(match Arguments::parse().command {
         Command::Demo(options) => demo::run(&options),
         Command::Test(options) => tests::run(&options),
         Command::Packages => needs::packages(),
@@ -86,14 +84,13 @@ fn main() -> std::process::ExitCode {
         Command::Install(options) => install::run(&options),
         Command::Release(options) => release::run(&options),
         Command::Site => site::run().map(|_| ()),
-        Command::Header => tools::tables(&["header"]).and_then(|mut header| tools::wait(&mut header)),
+        Command::Header => tools::tables(&["header"]),
         Command::Digests(options) => digests::run(&options),
         Command::Web(options) => web::run(&options),
-        Command::Bench(options) => tests::bench(&options),
+        Command::Bench(options) => tests::benchmark(&options.options),
         Command::Wheel => wheel::run(),
         Command::Fuzz(options) => fuzz::run(&options),
-        Command::Size => tools::tables(&["size"]).and_then(|mut size| tools::wait(&mut size)),
+        Command::Size => tools::tables(&["size"]),
         Command::Sanitize => sanitize::run(),
-    };
-    tools::ended(result)
+    })
 }

@@ -3,10 +3,9 @@
 use crate::component::PLATFORM;
 use crate::platforms::compiler_for;
 use crate::targets::{TARGETS, Target};
-use crate::tools::{Outcome, answers, cargo_program, first_found};
+use crate::tools::{Outcome, asked, ensure, first_found, sh};
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::process::Command;
 
 struct Need {
     /// What it is, or what is left out without it.
@@ -67,7 +66,7 @@ pub fn demo() -> Outcome {
 
 /// Whether a command of cargo's is here.
 pub fn cargo_has(name: &str) -> bool {
-    answers(Command::new(cargo_program()).args([name, "--version"]))
+    asked(sh!("cargo {name} --version")).is_some()
 }
 
 /// An error that names all that `cargo xtask test` misses; what it will leave out is printed, and an error if
@@ -80,7 +79,8 @@ pub fn test(complete: bool) -> Outcome {
     if complete {
         named(&others)?;
         let rust = triples.is_empty() && cargo_has("fmt") && cargo_has("clippy");
-        return if rust { Ok(()) } else { Err(format!("missing: cargo fmt, cargo clippy, or Rust for {triples:?}")) };
+        ensure!(rust, "missing: cargo fmt, cargo clippy, or Rust for {triples:?}");
+        return Ok(());
     }
     if !others.is_empty() {
         println!(
@@ -113,14 +113,13 @@ fn for_test_missing() -> Vec<Need> {
 }
 
 fn named(lost: &[Need]) -> Outcome {
-    if lost.is_empty() {
-        return Ok(());
-    }
-    Err(format!(
+    ensure!(
+        lost.is_empty(),
         "missing on this machine:\n{}\nOn Debian or Ubuntu this installs all of it:\n\n    {}",
         listed(lost),
         line(lost)
-    ))
+    );
+    Ok(())
 }
 
 fn listed(needs: &[Need]) -> String {
@@ -146,7 +145,7 @@ fn all(programs: &[&str]) -> bool {
 
 fn python() -> bool {
     let probe = "import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))";
-    answers(Command::new("python3").args(["-c", probe]))
+    asked(sh!("python3 -c {probe}")).is_some()
 }
 
 fn tbb() -> bool {

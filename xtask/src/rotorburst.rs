@@ -1,8 +1,7 @@
-//! `cargo xtask rotorburst`: the rotorburst example as a host in C and as an SSP package, compared with the
-//! host in Python.
+//! `cargo xtask rotorburst`: the rotorburst example as an SSP package, compared with the host in Python.
 
-use crate::tools::{Outcome, make_folder, output, python, run as command, target, top};
-use crate::{chosts, fmu, platforms};
+use crate::tools::{Outcome, python, sh, shell, target, top};
+use crate::{fmu, platforms};
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
@@ -12,60 +11,42 @@ pub struct Options {
     pub short: bool,
 }
 
-/// Builds the host, the fragment's FMU and the package, and compares the three forms.
+/// Builds the fragment's FMU and the package, and compares both forms.
 pub fn run(options: &Options) -> Outcome {
     let python = python()?;
     fmu::packed(platforms::Targets::Host, false)?;
-    let out = target().join("rotorburst");
-    make_folder(out.to_path_buf())?;
+    let out = shell().create_dir(target().join("rotorburst"))?;
     let shield = target().join("fmu/FabricShield-fmi2.fmu");
-    let host = host(&out)?;
     let package = package(&python, &out)?;
-    println!("{}\n{}", host.display(), package.display());
-
-    let text = |path: &Path| path.to_string_lossy().into_owned();
-    let program = text(&top().join("examples/rotorburst/agreement.py"));
-    let (shield, host, package, results) = (text(&shield), text(&host), text(&package), text(&out.join("results")));
-    let mut arguments = vec![&*program, "--fmu", &shield, "--host", &host, "--ssp", &package, "--out", &results];
-    if options.short {
-        arguments.push("--short");
-    }
-    command(python, &arguments)
+    println!("{}", package.display());
+    let short = options.short.then_some("--short");
+    let program = sh!("{python} examples/rotorburst/agreement.py --fmu {shield} --ssp {package}");
+    Ok(program.arg("--out").arg(out.join("results")).args(short).run()?)
 }
 
 const WARNINGS: [&str; 6] = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic"];
 
-/// The host in C, linked with the kernel.
-fn host(out: &Path) -> Result<PathBuf, String> {
-    chosts::installed()?;
-    let (library, program) = (chosts::prefix().join("lib/libfabric_kernel.a"), out.join("rotorburst"));
-    let sources = ["-Iinclude", "examples/rotorburst/rotorburst.c", "examples/rotorburst/fragment.c"];
-    let last = [&*library.to_string_lossy(), "-lm", "-o", &program.to_string_lossy()];
-    command("cc", &[&WARNINGS[..], &sources, &last].concat())?;
-    Ok(program)
-}
-
 /// FragmentTrajectory.fmu and the shield of its scene for this platform, and Rotorburst.ssp with both. The
 /// FMI headers are those that FMPy brings.
-fn package(python: &Path, out: &Path) -> Result<PathBuf, String> {
-    let headers = output(python, &["-c", "import fmpy, os; print(os.path.dirname(fmpy.__file__) + '/c-code')"])?;
+fn package(python: &Path, out: &Path) -> Outcome<PathBuf> {
+    let printed = "import fmpy, os; print(os.path.dirname(fmpy.__file__) + '/c-code')";
+    let headers = sh!("{python} -c {printed}").read()?;
     let library = out.join("FragmentTrajectory.so");
     let sources = ["examples/rotorburst/ssp/fragment_fmu.c", "examples/rotorburst/fragment.c"];
-    let kind = ["-fPIC", "-shared", "-fvisibility=hidden", "-Wno-unused-parameter", "-I", headers.trim()];
-    let last = ["-lm", "-o", &library.to_string_lossy()];
-    command("cc", &[&WARNINGS[..], &kind, &sources, &last].concat())?;
+    let kind = ["-fPIC", "-shared", "-fvisibility=hidden", "-Wno-unused-parameter"];
+    sh!("cc {WARNINGS...} {kind...} -I {headers} {sources...} -lm -o {library}").run()?;
 
     let source = |name: &str| top().join("examples/rotorburst/ssp").join(name);
-    let trajectory = out.join("FragmentTrajectory.fmu");
+    let (trajectory, package) = (out.join("FragmentTrajectory.fmu"), out.join("Rotorburst.ssp"));
     let binary = format!("binaries/{}/FragmentTrajectory.so", platforms::host()?.fmu[0]);
-    fmu::pack(&trajectory, &[("modelDescription.xml".into(), source("FragmentTrajectory.xml")), (binary, library)])?;
+    let description = source("FragmentTrajectory.xml");
+    fmu::pack(&trajectory, &[("modelDescription.xml", &description), (&binary, &library)])?;
     let shield = fmu::of_scene("RotorburstShield", &source("shield.toml"))?;
-    let package = out.join("Rotorburst.ssp");
     let entries = [
-        ("SystemStructure.ssd", source("SystemStructure.ssd")),
-        ("resources/FragmentTrajectory.fmu", trajectory),
-        ("resources/RotorburstShield.fmu", shield),
+        ("SystemStructure.ssd", &*source("SystemStructure.ssd")),
+        ("resources/FragmentTrajectory.fmu", &trajectory),
+        ("resources/RotorburstShield.fmu", &shield),
     ];
-    fmu::pack(&package, &entries.map(|(name, path)| (name.to_string(), path)))?;
+    fmu::pack(&package, &entries)?;
     Ok(package)
 }

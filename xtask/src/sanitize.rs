@@ -1,8 +1,7 @@
 //! `cargo xtask sanitize`: the library's tests in Rust under AddressSanitizer, those with threads under
 //! ThreadSanitizer.
 
-use crate::tools::{Outcome, cargo_program, make_folder, output, target, top, wait, write};
-use std::process::Command;
+use crate::tools::{Outcome, ensure, sh, shell, target};
 
 /// A sanitizer, the tests that run under it, and a program in which it must find what is wrong.
 struct Sanitizer {
@@ -38,24 +37,21 @@ const NOT_OURS: &str = "race:test::event::CompletedTest\n";
 /// Runs both. The standard library is as it comes, for its source is not part of the compiler: only what is
 /// compiled here is watched.
 pub fn run() -> Outcome {
-    let platform = output("rustc", &["--print", "host-tuple"])?;
+    let (platform, folder) = (sh!("rustc --print host-tuple").read()?, target().join("sanitize"));
+    let known = folder.join("known");
+    shell().write_file(&known, NOT_OURS)?;
     for Sanitizer { name, tests, wrong, finding } in SANITIZERS {
         let flags = format!("-Zsanitizer={name} -Cunsafe-allow-abi-mismatch=sanitizer");
         awake(&flags, wrong, finding)?;
-        let known = target().join("sanitize/known");
-        write(&known, NOT_OURS)?;
-        for tests in tests {
+        for tests in tests.iter().copied() {
             println!("{name}: {}", tests.join(" "));
-            let mut command = Command::new(cargo_program());
-            // A sanitizer is no stable feature of the compiler. With --target build scripts and macros are
-            // compiled without it.
-            command.env("RUSTC_BOOTSTRAP", "1").env("RUSTFLAGS", &flags);
-            command.args(["test", "--quiet", "--target", platform.trim()]);
+            // With --target build scripts and macros are compiled without it.
+            let command = sh!("cargo test --quiet --target {platform} --target-dir {folder} {tests...}");
+            // A sanitizer is no stable feature of the compiler.
+            let command = command.env("RUSTC_BOOTSTRAP", "1").env("RUSTFLAGS", &flags);
             // Tests let go of memory with `leak` for their simulations; the library allocates none.
-            command.env("ASAN_OPTIONS", "detect_leaks=0");
-            command.env("TSAN_OPTIONS", format!("suppressions={}", known.display()));
-            command.arg("--target-dir").arg(target().join("sanitize")).args(*tests).current_dir(top());
-            wait(&mut command)?;
+            let command = command.env("ASAN_OPTIONS", "detect_leaks=0");
+            command.env("TSAN_OPTIONS", format!("suppressions={}", known.display())).run()?;
         }
         println!("figure 29: {name} sanitizer: 0 findings");
     }
@@ -64,15 +60,14 @@ pub fn run() -> Outcome {
 
 /// A wrong program, compiled in the same way, is found out.
 fn awake(flags: &str, wrong: &str, finding: &str) -> Outcome {
-    let folder = make_folder(target().join("sanitize"))?;
-    let (source, program) = (folder.join("wrong.rs"), folder.join("wrong"));
-    write(&source, wrong)?;
-    let mut compiler = Command::new("rustc");
-    compiler.env("RUSTC_BOOTSTRAP", "1").args(["--edition=2021", "-Astatic_mut_refs"]).args(flags.split(' '));
-    crate::tools::finish(compiler.arg(&source).arg("-o").arg(&program))?;
-    match output(&program, &[]) {
-        Err(said) if said.contains(finding) => Ok(()),
-        Err(said) => Err(format!("the sanitizer says of a wrong program only: {said}")),
-        Ok(_) => Err(format!("the sanitizer finds no {finding} in a wrong program")),
-    }
+    let folder = target().join("sanitize");
+    let (source, program, flags) = (folder.join("wrong.rs"), folder.join("wrong"), flags.split(' '));
+    shell().write_file(&source, wrong)?;
+    let compiler = sh!("rustc --edition=2021 -Astatic_mut_refs {flags...} {source} -o {program}");
+    compiler.env("RUSTC_BOOTSTRAP", "1").run()?;
+    let ended = sh!("{program}").ignore_status().output()?;
+    let said = String::from_utf8_lossy(&ended.stderr);
+    let found = !ended.status.success() && said.contains(finding);
+    ensure!(found, "the sanitizer finds no {finding} in a wrong program: {said}");
+    Ok(())
 }

@@ -1,14 +1,13 @@
 //! `cargo xtask site`: all pages, the reference of the Python package, the C header and the crate's
 //! documentation as a site with a search (docs/site).
 
-use crate::tools::{Outcome, cargo, first_found, python_with, run as command, step_left_out, target};
+use crate::tools::{Outcome, first_found, python_with, sh, step_left_out, target};
 use std::path::PathBuf;
 
 /// Writes target/site/html; the same as an archive.
-pub fn run() -> Result<PathBuf, String> {
+pub fn run() -> Outcome<PathBuf> {
     let folder = target().join("rustdoc");
-    let into = ["--target-dir", &folder.to_string_lossy()];
-    cargo(&[&["doc", "--quiet", "--no-deps", "--package", "fabric-kernel"], &into[..]].concat())?;
+    sh!("cargo doc --quiet --no-deps --package fabric-kernel --target-dir {folder}").run()?;
     make()?;
     Ok(target().join("site/fabric-documentation.zip"))
 }
@@ -22,5 +21,6 @@ pub fn check() -> Outcome {
 }
 
 fn make() -> Outcome {
-    command(python_with("docs/site/requirements.txt")?, &["docs/site/make.py"])
+    let python = python_with("docs/site/requirements.txt")?;
+    Ok(sh!("{python} docs/site/make.py").run()?)
 }

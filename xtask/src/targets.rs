@@ -1,7 +1,7 @@
 //! Every target of Rust, other than this machine's own, that something of the project is built for: what
 //! compiles and links for it, what runs its programs here, and where an FMU has its library.
 
-use crate::tools::{Outcome, first_found, output};
+use crate::tools::{Context as _, Outcome, ensure, first_found, sh};
 use std::path::Path;
 
 pub struct Target {
@@ -25,8 +25,8 @@ pub struct Tool(pub &'static [&'static str], pub &'static str);
 
 impl Tool {
     /// Name of the tool here, or what is missing and how to get it.
-    pub fn found(self) -> Result<&'static str, String> {
-        first_found(self.0).ok_or_else(|| self.missing())
+    pub fn found(self) -> Outcome<&'static str> {
+        first_found(self.0).with_context(|| self.missing())
     }
 
     /// That it is missing, and how to get it.
@@ -64,8 +64,8 @@ pub const TARGETS: &[Target] = &[
     Target { triple: "wasm32-unknown-unknown", compiler: Tool(&["clang"], "clang"), runner: Tool(&["node"], "nodejs"), checked: true, ..NOTHING },
 ];
 
-pub fn of(triple: &str) -> Result<&'static Target, String> {
-    TARGETS.iter().find(|target| target.triple == triple).ok_or(format!("targets.rs has no {triple}"))
+pub fn of(triple: &str) -> Outcome<&'static Target> {
+    TARGETS.iter().find(|target| target.triple == triple).with_context(|| format!("targets.rs has no {triple}"))
 }
 
 /// What a library of ours may ask of the C library of Linux and macOS, apart from the weak names of
@@ -85,11 +85,12 @@ pub const FROM_HOST: [&str; 4] = ["memcpy", "memmove", "memset", "memcmp"];
 /// A library may ask its host for these and nothing else, apart from the weak names of the linker's start-up
 /// code.
 pub fn undefined(library: &Path, allowed: &[&str]) -> Outcome {
-    let listed = output("nm", &["-D", "--undefined-only", &library.to_string_lossy()])?;
+    let listed = sh!("nm -D --undefined-only {library}").read()?;
     let names = listed.lines().filter(|line| !line.contains(" w ")).filter_map(|line| line.split_whitespace().last());
     let strangers: Vec<_> =
         names.map(|name| name.split('@').next().unwrap_or(name)).filter(|name| !allowed.contains(name)).collect();
-    if strangers.is_empty() { Ok(()) } else { Err(format!("{} wants {strangers:?}", library.display())) }
+    ensure!(strangers.is_empty(), "{} wants {strangers:?}", library.display());
+    Ok(())
 }
 
 /// The targets of Rust that are linked or run in a way of their own.

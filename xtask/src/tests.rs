@@ -1,11 +1,11 @@
 //! `cargo xtask test`, `verify` and `bench`: the checks, in the order in which they fail fastest.
 
-use crate::fmu;
 use crate::platforms::Targets;
 use crate::tools::{
-    Outcome, STEP_LEFT_OUT, all_left_out, cargo, emptied, last_time, py_tests, python_with, read, run as command, said,
-    step_left_out, tables, target, top, wait, write,
+    Context as _, Outcome, STEP_LEFT_OUT, all_left_out, anyhow, bail, emptied, ensure, last_time, py_tests,
+    python_with, said, sh, shell, step_left_out, tables, target,
 };
+use crate::{fmu, wheel::installed};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Instant;
@@ -44,39 +44,37 @@ struct Step(When, &'static str, fn() -> Outcome);
 /// and for the targets of the digests, the second what is shipped.
 const FIRST: &[Step] = &[
     Step(Always, "documentation: words and sentences of the pages", || {
-        command("python3", &["tests/structure/pages.py"])
+        Ok(sh!("python3 tests/structure/pages.py").run()?)
     }),
     Step(Always, "format", style),
     Step(Always, "clippy", || {
-        let options = ["clippy", "--quiet", "--workspace", "--all-targets", "--features", EVERY_FEATURE];
-        with_cargo("clippy", &[&options[..], &["--", "-D", "warnings"]].concat())
+        with_cargo("clippy")?;
+        Ok(sh!("cargo clippy --quiet --workspace --all-targets --features {EVERY_FEATURE} -- -D warnings").run()?)
     }),
     Step(Always, "unit, physics, golden and robustness tests", || {
-        cargo(&["test", "--quiet", "--workspace", "--features", EVERY_FEATURE])
+        Ok(sh!("cargo test --quiet --workspace --features {EVERY_FEATURE}").run()?)
     }),
-    Step(Always, "C header", || wait(&mut tables(&["header", "--check"])?)),
-    Step(All, "every set of features", || wait(&mut tables(&["features"])?)),
+    Step(Always, "C header", || tables(&["header", "--check"])),
+    Step(All, "every set of features", || tables(&["features"])),
     Step(All, "documentation", documentation),
     Step(All, "documentation as a site", crate::site::check),
     Step(All, "package of the kernel", package),
     Step(All, "web page in a browser", crate::web::check),
     Step(All, "digests on other targets", crate::digests::short),
     Step(All, "studies in short form", studies),
-    Step(All, "tutorial", || tutorial(&[])),
 ];
 
 /// The other half.
 const SECOND: &[Step] = &[
-    Step(All, "gates on the libraries", || wait(&mut tables(&["gates"])?)),
+    Step(All, "gates on the libraries", || tables(&["gates"])),
     Step(Always, "C and C++ hosts", crate::chosts::run),
     Step(Always, "binary interface", crate::abi::run),
     Step(All, "C and C++ examples", crate::examples::run),
     Step(Short, "FMUs for this platform", || fmus(Targets::Host)),
     Step(All, "FMUs", || fmus(Targets::All)),
-    Step(All, "rotorburst in three forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
+    Step(All, "rotorburst in two forms", || crate::rotorburst::run(&crate::rotorburst::Options { short: true })),
     Step(Always, "Python package", crate::wheel::test),
-    Step(Always, "README", crate::readme::run),
-    Step(Short, "tutorial, its first programs", || tutorial(&["--short"])),
+    Step(Always, "pages: what their commands print", || pages(false)),
     Step(All, "demo in short form", || crate::demo::run(&crate::demo::Options { quick: true })),
 ];
 
@@ -87,25 +85,31 @@ const EVERY_FEATURE: &str = "fabric-kernel/micro,fabric-kernel/internals";
 fn style() -> Outcome {
     let python = python_with("tests/requirements.txt")?;
     let ruff = python.with_file_name("ruff");
-    command(&ruff, &["format", "--quiet", "--diff"])?;
-    command(&ruff, &["check", "--quiet"])?;
-    command(&python, &["-m", "mypy", "--no-error-summary"])?;
-    with_cargo("fmt", &["fmt", "--all", "--check"])
+    sh!("{ruff} format --quiet --diff").run()?;
+    sh!("{ruff} check --quiet").run()?;
+    sh!("{python} -m mypy --no-error-summary").run()?;
+    with_cargo("fmt")?;
+    Ok(sh!("cargo fmt --all --check").run()?)
 }
 
-/// A command of cargo's that may not be installed.
-fn with_cargo(name: &str, arguments: &[&str]) -> Outcome {
-    if !crate::needs::cargo_has(name) {
-        return step_left_out(&format!("no cargo {name}: rustup component add rustfmt clippy"));
+/// Leaves out the step without a command of cargo's that may not be installed.
+fn with_cargo(name: &str) -> Outcome {
+    if crate::needs::cargo_has(name) {
+        return Ok(());
     }
-    cargo(arguments)
+    step_left_out(&format!("no cargo {name}: rustup component add rustfmt clippy"))
 }
 
-/// The page of the tutorial has what its programs print, and the notebook is that page.
-fn tutorial(options: &[&str]) -> Outcome {
-    let python = crate::wheel::installed()?;
-    python_with("examples/notebooks/requirements.txt")?;
-    command(python, &[&["examples/notebooks/make.py"], options].concat())
+/// Programs and commands of all pages print what the pages say, with or without those that take minutes.
+fn pages(long: bool) -> Outcome {
+    crate::chosts::installed()?;
+    crate::fmu::packed(Targets::Host, false)?;
+    let python = installed()?;
+    python_with("tests/fmi/requirements.txt")?;
+    if !long {
+        return py_tests(&python, "tests/pages");
+    }
+    Ok(sh!("{python} -m pytest -q -n 2 -rP -p no:cacheprovider --long tests/pages").run()?)
 }
 
 /// The long checks, by hand before a release.
@@ -116,47 +120,44 @@ const VERIFY: &[Step] = &[
     Step(Always, "digests on every target", || crate::digests::run(&crate::digests::Options::default())),
     Step(Always, "sanitizers", crate::sanitize::run),
     Step(Always, "tests that take minutes: searches, random hits", || {
-        let tests = ["--test", "physics", "--test", "stability", "--", "--ignored"];
-        cargo(&[&["test", "--quiet", "--package", "fabric-tests"], &tests[..]].concat())
+        Ok(sh!("cargo test --quiet --package fabric-tests --test physics --test stability -- --ignored").run()?)
     }),
     Step(Always, "error against run time", error_time),
     Step(Always, "map of stability, and its table", || {
         as_committed("stability", &["tables/stability_1.csv", "images/stability_map.svg"])
     }),
+    Step(Always, "pages, with the commands that take minutes", || pages(true)),
     Step(Always, "validation, and its table", || as_committed("validation", &["tables/validation.md"])),
     Step(Always, "FMU reference results", || {
-        command(python_with("tests/fmi/requirements.txt")?, &["tests/fmi/reference.py", "--check"])
+        let python = python_with("tests/fmi/requirements.txt")?;
+        Ok(sh!("{python} tests/fmi/reference.py --check").run()?)
     }),
     Step(Always, "licences, sources and bans of the dependencies", crate::examples::deny),
 ];
 
 /// rustdoc without warnings; every public item of kernel, C interface and FMU is documented.
 fn documentation() -> Outcome {
-    let packages = ["fabric-kernel", "fabric-host", "fabric-capi", "fabric-fmu"];
-    let packages: Vec<_> = packages.iter().flat_map(|name| ["--package", name]).collect();
-    let features = ["--features", "fabric-kernel/micro"];
-    let mut command = Command::new(crate::tools::cargo_program());
-    command
-        .args([&["doc", "--quiet", "--no-deps"], &packages[..], &features[..]].concat())
-        // What is private to a host is named without a link.
-        .env("RUSTDOCFLAGS", "-D warnings -A rustdoc::private-intra-doc-links")
-        .current_dir(top());
-    wait(&mut command)
+    let packages = ["-p", "fabric-kernel", "-p", "fabric-host", "-p", "fabric-capi", "-p", "fabric-fmu"];
+    let command = sh!("cargo doc --quiet --no-deps {packages...} --features fabric-kernel/micro");
+    // What is private to a host is named without a link.
+    Ok(command.env("RUSTDOCFLAGS", "-D warnings -A rustdoc::private-intra-doc-links").run()?)
 }
 
-/// The kernel as crates.io would get it builds by itself, and its documentation as docs.rs would build it.
+/// The crates as crates.io would get them build by themselves, and the kernel's documentation as docs.rs would
+/// build it.
 fn package() -> Outcome {
-    cargo(&["package", "--quiet", "--package", "fabric-kernel", "--allow-dirty"])?;
+    sh!("cargo package --quiet {PUBLISHED...} --allow-dirty").run()?;
     let packed = target().join(format!("package/fabric-kernel-{}/Cargo.toml", env!("CARGO_PKG_VERSION")));
-    if let Some(missing) = ["LICENSE-MIT", "LICENSE-APACHE"].iter().find(|name| !packed.with_file_name(name).is_file())
-    {
-        return Err(format!("the package of the kernel has no {missing}"));
+    for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        ensure!(packed.with_file_name(name).is_file(), "the package of the kernel has no {name}");
     }
     let folder = target().join("package/docs");
-    let (packed, folder) = (packed.to_string_lossy(), folder.to_string_lossy());
-    let features = ["--no-deps", "--features", "micro"];
-    cargo(&[&["doc", "--quiet", "--manifest-path", &packed, "--target-dir", &folder], &features[..]].concat())
+    let options = ["--quiet", "--no-deps", "--features", "micro"];
+    Ok(sh!("cargo doc {options...} --manifest-path {packed} --target-dir {folder}").run()?)
 }
+
+/// The crates of a release, as options of cargo.
+pub const PUBLISHED: [&str; 6] = ["-p", "fabric-kernel", "-p", "fabric-capsule", "-p", "fabric-scene"];
 
 pub fn run(options: &Options) -> Outcome {
     let wanted = |&&Step(when, name, _): &&Step| match when {
@@ -167,7 +168,7 @@ pub fn run(options: &Options) -> Outcome {
     };
     if let Some(stop) = &options.second_until {
         let done = steps(SECOND.iter().filter(wanted), || stop.exists());
-        write(stop.with_extension("lines"), done.join("\n"))?;
+        shell().write_file(stop.with_extension("lines"), done.join("\n"))?;
         return ended(&done);
     }
     let [first, second] = [FIRST, SECOND].map(|half| half.iter().filter(wanted));
@@ -182,7 +183,7 @@ pub fn run(options: &Options) -> Outcome {
     let mut chosen = first.chain(second).peekable();
     if chosen.peek().is_none() {
         let names: Vec<_> = FIRST.iter().chain(SECOND).map(|step| step.1).collect();
-        return Err(format!("no step has {:?} in its name; there are: {}", options.only, names.join(", ")));
+        bail!("no step has {:?} in its name; there are: {}", options.only, names.join(", "));
     }
     ended(&steps(chosen, || false))
 }
@@ -193,21 +194,19 @@ fn side_by_side<'a>(options: &Options, first: impl Iterator<Item = &'a Step>) ->
     crate::needs::test(options.complete)?;
     let folder = emptied(target().join("checks"))?;
     let (log, stop) = (folder.join("second.log"), folder.join("stop"));
-    let failed = |error: std::io::Error| format!("{}: {error}", log.display());
-    let printed = std::fs::File::create(&log).map_err(failed)?;
-    let mut second = Command::new(std::env::current_exe().map_err(failed)?);
+    let printed = std::fs::File::create(&log).with_context(|| log.display().to_string())?;
+    let mut second = Command::new(std::env::current_exe()?);
     second.arg("test").args(options.all.then_some("--all")).arg("--second-until").arg(&stop).stdin(Stdio::null());
-    second.stdout(printed.try_clone().map_err(failed)?).stderr(printed);
-    let mut second = second.spawn().map_err(failed)?;
+    let mut second = second.stdout(printed.try_clone()?).stderr(printed).spawn()?;
     println!("Half of the steps run beside these; what they print is in {} and follows at the end.", log.display());
     let mut done = steps(first, || matches!(second.try_wait(), Ok(Some(status)) if !status.success()));
     if let Some(message) = done.iter().find(|line| line.starts_with("failed ")) {
         println!("{message}; the other half ends after the step that it is in ...");
-        std::fs::write(&stop, "").map_err(failed)?;
+        shell().write_file(&stop, "")?;
     }
-    second.wait().map_err(failed)?;
-    println!("{}", read(&log)?);
-    done.extend(read(stop.with_extension("lines"))?.lines().map(String::from));
+    second.wait()?;
+    println!("{}", shell().read_file(&log)?);
+    done.extend(shell().read_file(stop.with_extension("lines"))?.lines().map(String::from));
     ended(&done)
 }
 
@@ -220,12 +219,7 @@ pub fn verify() -> Outcome {
 pub struct BenchOptions {
     /// Handed to the benchmark: --quick, --only NAME, --out DIR ... (`-- --help` lists them).
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "OPTIONS")]
-    options: Vec<String>,
-}
-
-pub fn bench(options: &BenchOptions) -> Outcome {
-    let options: Vec<&str> = options.options.iter().map(String::as_str).collect();
-    benchmark(&options)
+    pub options: Vec<String>,
 }
 
 /// Prints the number of each kind of line alone on a line, then what was skipped and failed; the first
@@ -238,7 +232,7 @@ fn ended(done: &[String]) -> Outcome {
     if !skipped.is_empty() {
         println!("skipped: {}", skipped.join(", "));
     }
-    failed.first().map_or(Ok(()), |what| Err((*what).into()))
+    failed.first().map_or(Ok(()), |what| Err(anyhow!("{what}")))
 }
 
 /// Runs the steps in order, stops at the first that fails, or if the word is given. A line for each that
@@ -257,9 +251,9 @@ fn steps<'a>(steps: impl Iterator<Item = &'a Step>, mut stopped: impl FnMut() ->
         done.extend(all_left_out().iter().map(|what| format!("skipped {what}")));
         done.push(match result {
             Ok(()) => format!("passed in {seconds:6.1} s (processors {busy:6.1} s{last})  {name}"),
-            Err(message) => match message.strip_prefix(STEP_LEFT_OUT) {
+            Err(message) => match message.to_string().strip_prefix(STEP_LEFT_OUT) {
                 Some(why) => format!("skipped {name} ({why})"),
-                None => format!("failed step \"{name}\": {message}"),
+                None => format!("failed step \"{name}\": {message:#}"),
             },
         });
     }
@@ -279,59 +273,56 @@ fn fmus(targets: Targets) -> Outcome {
     fmu::run(&fmu::Options { check: true, ..Default::default() })?;
     fmu::run(&fmu::Options { targets, ..Default::default() })?;
     println!("figure 26: the versions of the GNU C library above");
-    crate::wheel::installed()?;
+    installed()?;
     py_tests(&python_with("tests/fmi/requirements.txt")?, "tests/fmi")
 }
 
 /// The questions of docs/accuracy.md.
 fn error_time() -> Outcome {
-    let python = crate::wheel::installed()?;
+    let python = installed()?;
     for name in ["smooth", "overshoot", "viscosity", "pointwise", "quarter", "grading", "number", "coupling"] {
-        command(&python, &["-m", "evidence", name])?;
+        sh!("{python} -m evidence {name}").run()?;
     }
     // The full answer takes most of an hour.
-    command(&python, &["-m", "evidence", "accuracy", "--quick"])
+    Ok(sh!("{python} -m evidence accuracy --quick").run()?)
 }
 
 /// What a question of the evidence writes for the documents is what is committed.
 fn as_committed(name: &str, files: &[&str]) -> Outcome {
-    let docs = target().join("evidence/docs");
-    command(crate::wheel::installed()?, &["-m", "evidence", name, "--docs", &docs.to_string_lossy()])?;
+    let (python, docs) = (installed()?, target().join("evidence/docs"));
+    sh!("{python} -m evidence {name} --docs {docs}").run()?;
     for file in files {
-        if read(docs.join(file))? != read(top().join("docs").join(file))? {
-            return Err(format!("docs/{file} is not what this gives: python -m evidence {name} --docs docs"));
-        }
+        let same = shell().read_file(docs.join(file))? == shell().read_file(format!("docs/{file}"))?;
+        ensure!(same, "docs/{file} is not what this gives: python -m evidence {name} --docs docs");
     }
     Ok(())
 }
 
 /// Every question of the evidence and the benchmark in their `--smoke` form, written to target/smoke.
 fn studies() -> Outcome {
-    let python = crate::wheel::installed()?;
-    command(&python, &["-m", "unittest", "--quiet", "evidence.tests"])?;
-    let out = target().join("smoke");
-    let folder = |name: &str| out.join(name).to_string_lossy().into_owned();
-    command(&python, &["-m", "evidence", "--smoke", "--out", &folder("evidence"), "--docs", &folder("evidence/docs")])?;
-    let bench = folder("bench");
-    benchmark(&["--smoke", "--out", &bench])?;
-    command(&python, &["-m", "evidence", "bench", &bench, "--out", &bench, "--docs", &format!("{bench}/docs")])
+    let (python, out) = (installed()?, target().join("smoke"));
+    py_tests(&python, "evidence/tests.py")?;
+    sh!("{python} -m evidence --smoke --out {out}/evidence --docs {out}/evidence/docs").run()?;
+    let bench = out.join("bench");
+    benchmark(&["--smoke".into(), "--out".into(), bench.to_string_lossy().into_owned()])?;
+    Ok(sh!("{python} -m evidence bench {bench} --out {bench} --docs {bench}/docs").run()?)
 }
 
-fn benchmark(options: &[&str]) -> Outcome {
-    cargo(&[&["run", "--quiet", "--release", "--package", "fabric-bench", "--"], options].concat())
+pub fn benchmark(options: &[String]) -> Outcome {
+    Ok(sh!("cargo run --quiet --release --package fabric-bench -- {options...}").run()?)
 }
 
 #[cfg(test)]
 mod counted {
     use super::{Always, Step, ended, steps};
-    use crate::tools::{found, needs};
+    use crate::tools::{bail, found, needs};
 
     #[test]
     fn what_is_left_out_has_not_passed() {
         let all: [Step; 4] = [
             Step(Always, "whole", || needs(&["no-tool"])),
-            Step(Always, "part", || if found(&["no-other"], "a part") { Err("a tool".into()) } else { Ok(()) }),
-            Step(Always, "bad", || Err("broken".into())),
+            Step(Always, "part", || if found(&["no-other"], "a part") { bail!("a tool") } else { Ok(()) }),
+            Step(Always, "bad", || bail!("broken")),
             Step(Always, "never", || Ok(())),
         ];
         let mut done = steps(all.iter(), || false);

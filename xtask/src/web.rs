@@ -1,12 +1,10 @@
 //! `cargo xtask web`: the kernel for WebAssembly through the C interface, in one page without anything loaded
 //! from elsewhere (web/, docs/web.md); and the page's test in a browser.
 
+use crate::component::build_if_ready;
 use crate::needs::BROWSERS;
-use crate::tools::{
-    Outcome, first_found, make_folder, read, run as command, said, step_left_out, target, top, wait, write,
-};
+use crate::tools::{Context as _, Outcome, ensure, first_found, said, sh, shell, step_left_out, target};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 #[derive(clap::Args)]
 pub struct Options {
@@ -21,81 +19,72 @@ pub struct Options {
 pub fn run(options: &Options) -> Outcome {
     let out = build()?;
     if options.test {
-        let component = crate::component::build_if_ready(&top(), &target().join("cross"))?.unwrap_or_default();
-        node("test.mjs", &[browser()?, &out.to_string_lossy(), &program()?, &component.to_string_lossy()])?;
+        let (browser, program, component) = (browser()?, program()?, build_if_ready()?.unwrap_or_default());
+        sh!("node web/test.mjs {browser} {out} {program} {component}").run()?;
     }
     if options.pictures {
-        let images = top().join("docs/images");
-        node("picture.mjs", &[browser()?, &out.to_string_lossy(), &images.join("web.png").to_string_lossy()])?;
-        movie(&images.join("movie.gif"))?;
+        let browser = browser()?;
+        sh!("node web/picture.mjs {browser} {out} docs/images/web.png").run()?;
+        movie(Path::new("docs/images/movie.gif"))?;
     }
     Ok(())
 }
 
 /// The README's movie: until the fragment is through.
 fn movie(path: &Path) -> Outcome {
-    let folder = target().join("movie");
-    let (scene, out) = ("examples/scenes/turbine_disc_sector.toml", folder.to_string_lossy());
-    command(program()?, &["run", scene, "--movie", "--steps", "17000", "--until", "none", "--out", &out])?;
-    let copied = std::fs::copy(folder.join("movie.gif"), path);
-    copied.map(|_| ()).map_err(|error| format!("{}: {error}", path.display()))
+    let (folder, program) = (target().join("movie"), program()?);
+    let scene = "examples/scenes/turbine_disc_sector.toml";
+    sh!("{program} run {scene} --movie --steps 17000 --until none --out {folder}").run()?;
+    Ok(shell().copy_file(folder.join("movie.gif"), path)?)
 }
 
 /// The page's test, where what it needs is installed.
 pub fn check() -> Outcome {
-    let missing = crate::digests::module_ready().and(tools()).and(browser().map(|_| ()));
+    let missing = crate::digests::module_ready().and_then(|()| tools()).and_then(|()| browser());
     if let Err(missing) = missing {
-        return step_left_out(&missing);
+        return step_left_out(&missing.to_string());
     }
     run(&Options { test: true, pictures: false })
 }
 
-fn browser() -> Result<&'static str, String> {
-    first_found(&BROWSERS).ok_or("no browser is here (Debian: chromium)".into())
+fn browser() -> Outcome<&'static str> {
+    first_found(&BROWSERS).context("no browser is here (Debian: chromium)")
 }
 
 fn tools() -> Outcome {
     let found = first_found(&["node"]).is_some() && first_found(&["npm"]).is_some();
-    if found { Ok(()) } else { Err("node or npm is missing (Debian: nodejs npm)".into()) }
+    ensure!(found, "node or npm is missing (Debian: nodejs npm)");
+    Ok(())
 }
 
 /// The program that runs scenes with the library of this machine.
-fn program() -> Result<String, String> {
-    Ok(crate::wheel::installed()?.with_file_name("fabric").to_string_lossy().into_owned())
+fn program() -> Outcome<PathBuf> {
+    Ok(crate::wheel::installed()?.with_file_name("fabric"))
 }
 
 /// Builds the page: its folder.
-pub fn build() -> Result<PathBuf, String> {
+pub fn build() -> Outcome<PathBuf> {
     tools()?;
-    let out = make_folder(target().join("web"))?;
-    let kernel = out.join("kernel.wasm");
+    let out = shell().create_dir(target().join("web"))?;
+    let (kernel, program) = (out.join("kernel.wasm"), program()?);
     crate::digests::module(&kernel)?;
     packages()?;
-    in_web("node", &["node_modules/typescript/bin/tsc"])?;
-    node("build.mjs", &[&kernel.to_string_lossy(), &program()?, &out.to_string_lossy()])?;
+    sh!("node web/node_modules/typescript/bin/tsc -p web").run()?;
+    sh!("node web/build.mjs {kernel} {program} {out}").run()?;
     Ok(out)
 }
 
 /// Installs what web/package-lock.json names, if it is not installed. No package may run a program of its
 /// own.
 fn packages() -> Outcome {
-    let wanted = read(top().join("web/package-lock.json"))?;
-    if wanted.contains("\"resolved\"") {
-        return Err("web/package-lock.json names a registry: web/.npmrc keeps it out".into());
-    }
-    let stamp = top().join("web/node_modules/installed");
-    if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) {
+    let wanted = shell().read_file("web/package-lock.json")?;
+    let named = wanted.contains("\"resolved\"");
+    ensure!(!named, "web/package-lock.json names a registry: web/.npmrc keeps it out");
+    let stamp = "web/node_modules/installed";
+    if shell().read_file(stamp).is_ok_and(|installed| installed == wanted) {
         return Ok(());
     }
-    said("Installing what web/package-lock.json names", || in_web("npm", &["ci", "--ignore-scripts", "--silent"]))?;
-    write(&stamp, wanted)
-}
-
-fn node(program: &str, arguments: &[&str]) -> Outcome {
-    in_web("node", &[&[program], arguments].concat())
-}
-
-/// Runs a program in the folder web.
-fn in_web(program: &str, arguments: &[&str]) -> Outcome {
-    wait(Command::new(program).args(arguments).current_dir(top().join("web")))
+    let install = sh!("npm --prefix web ci --ignore-scripts --silent");
+    said("Installing what web/package-lock.json names", || Ok(install.run()?))?;
+    Ok(shell().write_file(stamp, wanted)?)
 }

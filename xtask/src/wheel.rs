@@ -3,10 +3,9 @@
 use crate::platforms::{Compiler, compiler_for, own};
 use crate::targets::TARGETS;
 use crate::tools::{
-    self, Outcome, emptied, finish, output, pip, py_tests, python_with, read, run as command, said, target, top, write,
+    Context as _, Outcome, emptied, finish, left_out, locked, pip, py_tests, python_with, said, sh, shell, target, top,
 };
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// Builds the wheels into target/wheels, and packs their source.
 pub fn run() -> Outcome {
@@ -15,14 +14,13 @@ pub fn run() -> Outcome {
         let host = target.triple.starts_with(std::env::consts::ARCH);
         match if host { Ok(own()) } else { compiler_for(target.triple) } {
             Ok(compiler) => build(&folder, Some((target.triple, &compiler)))?,
-            Err(reason) => tools::left_out(&format!("wheel for {}", target.triple), &reason),
+            Err(reason) => left_out(&format!("wheel for {}", target.triple), &reason.to_string()),
         }
     }
     let maturin = python_with("python/requirements.txt")?.with_file_name("maturin");
-    finish(Command::new(maturin).args(["sdist", "--out"]).arg(&folder).current_dir(top().join("python")))?;
-    for entry in std::fs::read_dir(&folder).map_err(|error| error.to_string())?.flatten() {
-        let bytes = entry.metadata().map_or(0, |data| data.len());
-        println!("  {} ({bytes} bytes)", entry.path().display());
+    finish(sh!("{maturin} sdist --manifest-path python/Cargo.toml --out {folder}"))?;
+    for path in shell().read_dir(&folder)? {
+        println!("  {} ({} bytes)", path.display(), path.metadata()?.len());
     }
     Ok(())
 }
@@ -31,25 +29,23 @@ pub fn run() -> Outcome {
 /// which zig has the libraries.
 fn build(folder: &Path, released: Option<(&str, &Compiler)>) -> Outcome {
     let python = python_with("python/requirements.txt")?;
-    let mut maturin = Command::new(python.with_file_name("maturin"));
+    let (program, mut into) = (python.with_file_name("maturin"), target());
+    // In the source that is packed the lock names crates that are not in it.
+    let mut maturin = sh!("{program} build --quiet --locked --manifest-path python/Cargo.toml --out {folder}");
     if let Some((triple, compiler)) = released {
         let zig = python_with("python/zig.txt")?;
-        maturin = compiler.lent_to(maturin);
-        maturin.args(["build", "--quiet", "--zig", "--compatibility", "manylinux2014", "--target", triple]);
-        maturin.arg("--target-dir").arg(target().join("cross"));
+        into = into.join("cross");
+        maturin = compiler.lent_to(maturin).args(["--zig", "--compatibility", "manylinux2014", "--target", triple]);
         // zig is a module of this Python.
         let folders = std::env::var_os("PATH").unwrap_or_default();
         let folders = zig.parent().map(Path::to_path_buf).into_iter().chain(std::env::split_paths(&folders));
-        maturin.env("PATH", std::env::join_paths(folders).map_err(|error| error.to_string())?);
+        maturin = maturin.env("PATH", std::env::join_paths(folders)?);
     } else {
-        maturin = own().lent_to(maturin);
-        maturin.args(["build", "--quiet", "--interpreter"]).arg(&python).arg("--target-dir").arg(target());
+        maturin = maturin.arg("--interpreter").arg(&python);
     }
-    maturin.env("CARGO_ENCODED_RUSTFLAGS", flags());
-    // In the source that is packed the lock names crates that are not in it.
-    maturin.arg("--locked").arg("--out").arg(folder).current_dir(top().join("python"));
+    maturin = maturin.arg("--target-dir").arg(into).env("CARGO_ENCODED_RUSTFLAGS", flags());
     let platform = released.map_or("this platform", |(triple, _)| triple);
-    said(&format!("Compiling the Python package for {platform}"), || finish(&mut maturin).map(|_| ()))
+    said(&format!("Compiling the Python package for {platform}"), || finish(maturin).map(|_| ()))
 }
 
 /// The folders of this machine whose names a panic's place would show, and what stands for them.
@@ -69,9 +65,9 @@ fn flags() -> String {
 fn names_no_folder(wheel: &Path) -> Outcome {
     let program = "import sys, zipfile; wheel = zipfile.ZipFile(sys.argv[1])\n\
                    sys.exit([name for name in wheel.namelist() for at in sys.argv[2:] if at.encode() in wheel.read(name)] or 0)";
-    let folders = folders().map(|(folder, _)| folder.to_string_lossy().into_owned());
-    let found = output("python3", &["-c", program, &wheel.to_string_lossy(), &folders[0], &folders[1]]);
-    found.map(|_| ()).map_err(|what| format!("{}: a file names a folder of this machine: {what}", wheel.display()))
+    let folders = folders().map(|(folder, _)| folder);
+    let found = finish(sh!("python3 -c {program} {wheel} {folders...}"));
+    found.map(|_| ()).context("a file in the wheel names a folder of this machine")
 }
 
 /// Ends with 0 if the wheel of this path is what is installed (PEP 610).
@@ -79,11 +75,9 @@ const IS_INSTALLED: &str = "import sys, hashlib, importlib.metadata as m; d = m.
     sys.exit(hashlib.sha256(open(sys.argv[1], 'rb').read()).hexdigest() not in (d or ''))";
 
 /// The Python of the project's environment, with the package of this clone as it is now.
-pub fn installed() -> Result<PathBuf, String> {
+pub fn installed() -> Outcome<PathBuf> {
     // Steps that run side by side take turns, and what is in use is not installed again.
-    let path = target().join("evidence-wheel.lock");
-    let lock = std::fs::File::create(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    lock.lock().map_err(|error| format!("{}: {error}", path.display()))?;
+    let _lock = locked(&target().join("evidence-wheel.lock"))?;
     let python = python_with("evidence/requirements.txt")?;
     let folder = emptied(target().join("evidence-wheel"))?;
     build(&folder, None)?;
@@ -93,11 +87,10 @@ pub fn installed() -> Result<PathBuf, String> {
 
 /// Installs a wheel unless it is what is installed.
 fn renewed(python: &Path, wheel: &Path) -> Outcome {
-    let wheel = wheel.to_string_lossy();
-    if output(python, &["-c", IS_INSTALLED, &wheel]).is_ok() {
+    if finish(sh!("{python} -c {IS_INSTALLED} {wheel}")).is_ok() {
         return Ok(());
     }
-    pip(python, &["--force-reinstall", "--no-deps", &wheel])
+    pip(python, &["--force-reinstall", "--no-deps", &wheel.to_string_lossy()])
 }
 
 /// Runs the tests, those with a Dask cluster included, in an environment that has the wheel, what it asks for
@@ -106,23 +99,22 @@ pub fn test() -> Outcome {
     let folder = target().join("wheel-test");
     let venv = folder.join("venv");
     let (python, stamp) = (venv.join("bin/python"), venv.join("asked-for"));
-    let asked = read(top().join("python/pyproject.toml"))?;
-    let kept = std::fs::read_to_string(&stamp).is_ok_and(|before| before == asked);
+    let asked = shell().read_file("python/pyproject.toml")?;
+    let kept = shell().read_file(&stamp).is_ok_and(|before| before == asked);
     let built = emptied(folder.join("wheel"))?;
     build(&built, None)?;
     let wheel = only_file(&built)?;
     names_no_folder(&wheel)?;
     if !kept {
         emptied(venv.clone())?;
-        command("python3", &["-m", "venv", &venv.to_string_lossy()])?;
+        sh!("python3 -m venv {venv}").run()?;
         pip(&python, &[&format!("{}[test]", wheel.display())])?;
-        write(stamp, asked)?;
+        shell().write_file(stamp, asked)?;
     }
     renewed(&python, &wheel)?;
     py_tests(&python, "tests/python")
 }
 
-fn only_file(folder: &Path) -> Result<PathBuf, String> {
-    let mut entries = std::fs::read_dir(folder).map_err(|error| error.to_string())?.flatten();
-    entries.next().map(|entry| entry.path()).ok_or(format!("no wheel in {}", folder.display()))
+fn only_file(folder: &Path) -> Outcome<PathBuf> {
+    shell().read_dir(folder)?.pop().with_context(|| format!("no wheel in {}", folder.display()))
 }

@@ -7,41 +7,41 @@ use fabric_kernel::MAX_NODES_PER_SIDE;
 use fabric_kernel::fields::{CHOICES, Choice, FIELDS, Field, GROUPS, Place, Range, SLOTS, slot_of};
 use fabric_kernel::{Code, Scene};
 use std::fmt::Write;
-use xtask::tools::{emptied, read, sources, target, top, write};
+use xtask::tools::{Context as _, Outcome, anyhow, emptied, shell, sources, target, top};
 
 /// The header and the scene's layout: path below the top folder, and text.
 ///
 /// # Errors
 /// A source that is not there or has not the form that is expected: which, and what is missing.
-pub fn files() -> Result<Vec<(String, String)>, String> {
+pub fn files() -> Outcome<Vec<(String, String)>> {
     Ok(vec![("include/fabric_kernel.h".into(), header()?), ("tests/c/abi/scene.inc".into(), layout())])
 }
 
-fn header() -> Result<String, String> {
+fn header() -> Outcome<String> {
     let source = |name: &str| top().join("capi/src").join(name);
-    let types = read(source("types.rs"))?;
+    let read = |name: &str| shell().read_file(source(name));
+    let types = read("types.rs")?;
     let shown = emptied(target().join("header"))?.join("shown.rs");
-    let calls = with_plain_pointers(&read(source("calls.rs"))?);
+    let calls = with_plain_pointers(&read("calls.rs")?);
     // Rust's notes on the file may stand at the start only.
-    let capsules = read(source("capsule.rs"))?;
+    let capsules = read("capsule.rs")?;
     let capsules = capsules.split_once("\nuse ").map_or("", |(_, code)| code);
     let calls = calls + "\nuse " + &with_plain_pointers(capsules);
     let read_outs =
         read_outs(&types, "fabric_kernel", "kernel/src")? + &read_outs(&types, "fabric_capsule", "crates/capsule/src")?;
-    write(&shown, calls + &read_outs)?;
-    let mut config = cbindgen::Config::from_file(top().join("capi/cbindgen.toml"))?;
+    shell().write_file(&shown, calls + &read_outs)?;
+    let mut config = cbindgen::Config::from_file(top().join("capi/cbindgen.toml")).map_err(|error| anyhow!(error))?;
     config.after_includes = Some(format!("\n{}{}{}", statuses()?, choices(), scene().trim_end()));
     let bindings = cbindgen::Builder::new()
         .with_config(config)
         .with_src(source("types.rs"))
         .with_src(source("block.rs"))
         .with_src(shown)
-        .generate()
-        .map_err(|error| format!("cbindgen: {error}"))?;
+        .generate()?;
     let mut text = Vec::new();
     bindings.write(&mut text);
-    let text = String::from_utf8(text).map_err(|error| error.to_string())?;
-    let (before, end) = text.rsplit_once("#endif").ok_or("the header has no guard")?;
+    let text = String::from_utf8(text)?;
+    let (before, end) = text.rsplit_once("#endif").context("the header has no guard")?;
     Ok(format!("{before}{BY_VALUE}\n#endif{end}"))
 }
 
@@ -81,10 +81,10 @@ fn with_plain_pointers(calls: &str) -> String {
 
 /// The structures of a crate that types.rs gives names of C, under these names: cbindgen does not look into
 /// other crates.
-fn read_outs(types: &str, name: &str, folder: &str) -> Result<String, String> {
+fn read_outs(types: &str, name: &str, folder: &str) -> Outcome<String> {
     let (_, list) = types
         .split_once(&format!("pub use {name}::{{"))
-        .ok_or(format!("capi/src/types.rs names no structure of {name}"))?;
+        .with_context(|| format!("capi/src/types.rs names no structure of {name}"))?;
     let list = list.split('}').next().unwrap_or_default();
     let names: Vec<_> = list.split(',').filter_map(|name| name.trim().split_once(" as ")).collect();
     let sources = sources(&[folder])?;
@@ -98,7 +98,7 @@ fn read_outs(types: &str, name: &str, folder: &str) -> Result<String, String> {
             let members = rest.split_once("\n}")?.0;
             Some(format!("{}\n{start}{members}\n}}\n", notes.into_iter().rev().collect::<Vec<_>>().join("\n")))
         });
-        text += &found.ok_or(format!("{folder} has no structure {name}"))?;
+        text += &found.with_context(|| format!("{folder} has no structure {name}"))?;
     }
     let renamed = names.iter().fold(text, |text, (name, c)| {
         text.replace(&format!("pub struct {name} "), &format!("pub struct {c} "))
@@ -120,9 +120,9 @@ fn constant(name: &str) -> String {
 }
 
 /// The constants of the statuses, with the comments of the codes.
-fn statuses() -> Result<String, String> {
-    let source = read(top().join("kernel/src/ground/error.rs"))?;
-    let (_, list) = source.split_once("codes! {\n").ok_or("kernel/src/ground/error.rs has no codes")?;
+fn statuses() -> Outcome<String> {
+    let source = shell().read_file("kernel/src/ground/error.rs")?;
+    let (_, list) = source.split_once("codes! {\n").context("kernel/src/ground/error.rs has no codes")?;
     let (mut text, mut comment) = (String::new(), Vec::new());
     let mut codes = Code::ALL.iter();
     for line in list.lines().take_while(|line| *line != "}").map(str::trim) {

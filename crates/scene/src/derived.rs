@@ -8,7 +8,7 @@ use crate::notes::unlikely_body;
 use crate::{BadKey, Result, bad, polyhedron, reals, short, units};
 use fabric_kernel::math::{abs, cos, length, round, sin};
 use fabric_kernel::pose::{Pose, Vector, into_body, normalised};
-use fabric_kernel::{Drive, MAX_FACES, Projectile, Scene, Shape, Solid};
+use fabric_kernel::{Drive, Feature, MAX_FACES, Projectile, Scene, Shape, Solid};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use toml::{Table, Value};
 
@@ -302,7 +302,7 @@ pub fn projectile(given: &Given, scene: &mut Scene, weighed: bool) -> Result<()>
 
 /// The angle about the axis of a curved sheet, rad, so far along its hoop, m.
 fn hoop_angle(scene: &Scene, along: f64) -> Option<f64> {
-    scene.is_curved().then(|| along / scene.sheet.radius)
+    Feature::Curved.is_in(scene).then(|| along / scene.sheet.radius)
 }
 
 /// Where the projectile's centre must be, m, in the host's frame, so that it has this distance from the first
@@ -353,7 +353,7 @@ pub fn keep_distance(scene: &mut Scene, before: &Scene) {
     let (by, pose) = (thicker[0] - thicker[1], Pose::of_sheet(&scene.sheet));
     let [x, y, z] = pose.point_in(scene.projectile.position);
     let radius = length([x, 0.0, z]);
-    let position = if !scene.is_curved() {
+    let position = if !Feature::Curved.is_in(scene) {
         let beyond = by + scene.stack_height() - before.stack_height();
         [x, y, if z < 0.0 { z - by } else { z + beyond }]
     } else if radius > 0.0 {
@@ -434,7 +434,7 @@ pub fn refuse_what_cannot_be_meant(scene: &Scene) -> Result<()> {
     let (body, pose) = (&scene.projectile, Pose::of_sheet(&scene.sheet));
     let (height, speed) = (pose.point_in(body.position)[2], pose.vector_in(body.velocity)[2]);
     let away = (height < 0.0 && speed <= 0.0) || (height > scene.stack_height() && speed >= 0.0);
-    if away && !scene.is_curved() && scene.drive == Drive::Free && length(body.velocity) > 0.0 {
+    if away && !Feature::Curved.is_in(scene) && scene.drive == Drive::Free && length(body.velocity) > 0.0 {
         let ([x, y, z], [u, v, w]) = (body.position, body.velocity);
         let text = format!(
             "projectile.velocity = [{u}, {v}, {w}]: never leads from projectile.position = [{x}, {y}, {z}] to the sheet; turn one of the two \

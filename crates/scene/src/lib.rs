@@ -41,7 +41,7 @@ pub mod textile;
 pub mod units;
 
 use fabric_kernel::fields::{self, FIELDS, Field, Place};
-use fabric_kernel::{AttachmentKind, Scene};
+use fabric_kernel::{AttachmentKind, Feature, Scene};
 use std::io::Read;
 use std::path::Path;
 use toml::{Table, Value};
@@ -222,7 +222,7 @@ pub fn apply(scene: &mut Scene, mut table: Table) -> Result<()> {
         // A case that bears a ring is as wide as that which its nodes close, to its inner face.
         scene.casing.radius = scene.sheet.radius - 0.5 * scene.thickness();
     }
-    if fabric.is_some() && scene.is_curved() && !counted("yarn.viscosity_bending", &given) {
+    if fabric.is_some() && Feature::Curved.is_in(scene) && !counted("yarn.viscosity_bending", &given) {
         // What is asked for by name is refused by name.
         scene.yarn.viscosity_bending = 0.0;
     }

@@ -6,7 +6,7 @@ use fabric_kernel::pose::{Vector, into_body, normalised};
 use fabric_kernel::{Energy, Error, Form, MOST_GAINED, Scene, Shape, Sim, Solid};
 
 /// Part of the velocity at which a yarn breaks at once from which sharp edges are named. Bars at the edge of
-/// a flat face were seen to break within 6 us from 0.31 of it on (docs/tables/edges.md).
+/// a flat face were seen to break within 6 us from 0.31 of it on (`python -m evidence edges`).
 const NAMED_FROM: f64 = 0.25;
 
 /// A sentence on the edges of a projectile with flat faces that flies as the scene says, but at this speed,
@@ -25,7 +25,7 @@ pub fn sharp_edges(scene: &Scene, speed: f64) -> Option<String> {
     ))
 }
 
-/// Nodes under the flat front of a projectile from which on a network is fine enough (docs/tables/mesh.md).
+/// Nodes under the flat front of a projectile from which on a network is fine enough (`python -m evidence mesh`).
 const NODES_UNDER_FLAT: f64 = 10.0;
 
 /// A sentence on a network that is too coarse for the flat front of the projectile, with the yarns a bar

@@ -11,7 +11,7 @@ mod xml;
 ///
 /// # Errors
 /// A scene that is refused, or a file of Python without a place for the types: what is wrong.
-pub fn files() -> Result<Vec<(String, String)>, String> {
+pub fn files() -> xtask::tools::Outcome<Vec<(String, String)>> {
     let tables = [
         ("modelDescription/fmi2.xml".into(), description::fmi2()),
         ("modelDescription/fmi3.xml".into(), description::fmi3()),

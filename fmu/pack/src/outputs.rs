@@ -2,7 +2,7 @@
 //! package.
 
 use fabric_kernel::outputs::{COUNT, Get, OUTPUTS, Output};
-use xtask::tools::{read, top};
+use xtask::tools::{Context as _, Outcome, shell};
 
 /// docs/tables/outputs.md.
 pub fn table() -> String {
@@ -27,10 +27,10 @@ const ENDS: [&str; 2] =
     ["# Made by `cargo xtask fmu` of the kernel's outputs; do not edit.\n", "# End of what is made.\n"];
 
 /// The types of the Python package, with those of the outputs.
-pub fn types() -> Result<(String, String), String> {
-    let text = read(top().join(TYPES))?;
+pub fn types() -> Outcome<(String, String)> {
+    let text = shell().read_file(TYPES)?;
     let parts = text.split_once(ENDS[0]).and_then(|(before, rest)| Some((before, rest.split_once(ENDS[1])?.1)));
-    let (before, after) = parts.ok_or(format!("{TYPES} has no place for the outputs"))?;
+    let (before, after) = parts.with_context(|| format!("{TYPES} has no place for the outputs"))?;
     Ok((TYPES.into(), [before, ENDS[0], &classes(), ENDS[1], after].concat()))
 }
 

@@ -8,15 +8,18 @@ use fabric_fmu::starts;
 use fabric_fmu::table::{Role, VARIABLES};
 use fabric_kernel::Scene;
 use fabric_kernel::fields::{self, Choice, FIELDS, Field, Place};
+use xtask::tools::anyhow;
 
 /// The other presets, a stack, and a real fabric, as parameter sets of SSP 1.0 for the FMU of FMI 2.0: what
 /// differs from its start values.
-pub fn sets() -> Result<Vec<(String, String)>, String> {
+pub fn sets() -> xtask::tools::Outcome<Vec<(String, String)>> {
     let name_of = |name: &str| format!("examples/parameters/{name}.ssv");
     let others = fabric_scene::PRESETS.iter().filter(|(_, make)| make() != Scene::sheet_10in_cylinder());
     let zylon = "preset = \"sheet_10in_cylinder\"\nfabric.name = \"zylon_as_500_35\"";
-    let more =
-        [("three_plies", three_plies()), ("zylon_as_500_35", fabric_scene::parse(zylon).map_err(|e| e.to_string())?)];
+    let more = [
+        ("three_plies", three_plies()),
+        ("zylon_as_500_35", fabric_scene::parse(zylon).map_err(|error| anyhow!("{error}"))?),
+    ];
     let others = others.map(|(name, make)| (*name, make())).chain(more);
     Ok(others.map(|(name, scene)| (name_of(name), parameter_set(name, scene))).collect())
 }

@@ -53,13 +53,13 @@ impl Track {
         };
         let (start, end) = (&self.start, &self.end);
         let whole = rotation_vector(&(start.orientation.conjugate() * end.orientation));
-        let turn = cubic(start.angular_velocity, whole, end.angular_velocity);
+        let rotation = cubic(start.angular_velocity, whole, end.angular_velocity);
         let way = cubic(start.velocity, end.position - start.position, end.velocity);
-        (way + start.position, start.orientation * exponential(&turn))
+        (way + start.position, start.orientation * exponential(&rotation))
     }
 }
 
-/// Axis times angle, rad, of the shorter turn.
+/// Axis times angle, rad, of the shorter rotation.
 pub fn rotation_vector(q: &Quaternion<f64>) -> Vector {
     let q = if q.w < 0.0 { -q } else { *q };
     let u = Vector::new(q.i, q.j, q.k);
@@ -68,13 +68,13 @@ pub fn rotation_vector(q: &Quaternion<f64>) -> Vector {
 }
 
 /// Quaternion of a rotation vector.
-pub fn exponential(turn: &Vector) -> Quaternion<f64> {
-    let angle = math::length([turn.x, turn.y, turn.z]);
+pub fn exponential(rotation: &Vector) -> Quaternion<f64> {
+    let angle = math::length([rotation.x, rotation.y, rotation.z]);
     if angle == 0.0 {
         return Quaternion::new(1.0, 0.0, 0.0, 0.0);
     }
     let factor = math::sin(0.5 * angle) / angle;
-    Quaternion::new(math::cos(0.5 * angle), turn.x * factor, turn.y * factor, turn.z * factor)
+    Quaternion::new(math::cos(0.5 * angle), rotation.x * factor, rotation.y * factor, rotation.z * factor)
 }
 
 /// The body rate w with q1 = q0 cay(dt w): dt w/2 = vector part over scalar part of q0^-1 q1.

@@ -50,12 +50,12 @@ impl<D: Fn(f64) -> [f64; 2]> Profile<D> {
     /// Corners: the bore's first, then the rim's.
     fn corner(&self, k: usize) -> [f64; 2] {
         let (Sector { inner_radius, outer_radius, angle, .. }, bore) = (self.sector, self.bore());
-        let (radius, turn) = match k {
+        let (radius, angle) = match k {
             0 => (inner_radius, 0.5 * angle),
             1 if bore == 2 => (inner_radius, -0.5 * angle),
             _ => (outer_radius, angle * ((k - bore) as f64 / RIM_CHORDS as f64 - 0.5)),
         };
-        (self.direction)(turn).map(|part| radius * part)
+        (self.direction)(angle).map(|part| radius * part)
     }
 
     /// The two ends of each side.
@@ -133,7 +133,7 @@ impl Scene {
     /// m/s along +z, its axis along the sheet's y.
     pub fn turbine_disc_sector() -> Scene {
         let (large, body) = (Scene::sheet_10in_cylinder(), Scene::sheet_3in_sphere().projectile);
-        let profile = Profile::of(&body.sector, |turn| [math::cos(turn), math::sin(turn)]);
+        let profile = Profile::of(&body.sector, |angle| [math::cos(angle), math::sin(angle)]);
         let mass = 0.118;
         Scene {
             attachment: Attachment { kind: AttachmentKind::FourSides, ..large.attachment },

@@ -18,7 +18,8 @@ use crate::memory::network::Network;
 use crate::memory::records::{Candidate, Tangential};
 use crate::memory::state::{State, Sums};
 use crate::scene::features::Feature;
-use crate::sheet::clamp::slid_by;
+use crate::sheet::casing;
+use crate::sheet::clamp::Pull;
 
 /// Rounding of a gap, in parts of the places that it is the difference of: half a last place from each of
 /// node, body and their difference, three of the turn into the body's axes, and two of the distance from a
@@ -133,7 +134,6 @@ pub(crate) fn apply_impulses(
 ) {
     let mut totals = Totals::between(before, &state.body);
     let (nx, implicit) = (network.layout.nodes_x, network.layout.has(Feature::Theta));
-    let slips = network.layout.has(Feature::Clamps);
     // They come row by row: what a row needs is done once for each.
     let (mut start, mut j, mut share, mut woken) = (0, 0, network.mass_share_of_row(0), usize::MAX);
     for c in 0..count {
@@ -156,7 +156,7 @@ pub(crate) fn apply_impulses(
         let given = totals.give(&candidate, friction.as_ref());
         if candidate.is_fixed() {
             if candidate.held_by == Holder::Case as u32 {
-                state.sums.casing += push * share;
+                state.sums.casing.impulse += push * share;
             } else {
                 network.load_support(&mut state.sums, i, j, &(push * share));
             }
@@ -164,13 +164,9 @@ pub(crate) fn apply_impulses(
             continue;
         }
         let Some(v) = move_node(network, &candidate, [i, j], &push) else { break };
-        if network.layout.has(Feature::Casing) {
-            let [x, _, z] = candidate.displacement;
-            correct_casing_loss(network, &mut state.sums, [x, z], [i, j], &push);
-        }
-        if slips {
-            correct_clamp_work(network, &mut state.sums, [i, j], &push);
-        }
+        let [x, _, z] = candidate.displacement;
+        correct_casing_loss(network, &mut state.sums, [x, z], [i, j], &push);
+        correct_clamp_work(network, &mut state.sums, [i, j], &push);
         if woken != j {
             network.wake(j);
             woken = j;
@@ -190,7 +186,7 @@ pub(crate) fn apply_impulses(
 
 /// Corrects the loss at the case for a node to which projectile or plies have then given this velocity,
 /// spacings a step. `displacement`: at the start of the step along x and z.
-#[inline(never)]
+#[inline(always)]
 pub(crate) fn correct_casing_loss(
     network: &Network<'_>,
     sums: &mut Sums,
@@ -198,31 +194,26 @@ pub(crate) fn correct_casing_loss(
     [i, j]: [usize; 2],
     given: &Vector,
 ) {
-    let kept = network.arrays.rows.case_impulse.get(j * network.layout.chunks + i / CHUNK);
-    let by_case = kept.map_or(0.0, |pushes| pushes[i % CHUNK]);
+    let by_case = casing::impulse_on(network.arrays.rows.case_impulse, j * network.layout.chunks + i / CHUNK, i);
     if by_case > 0.0 {
         let (rest, [x, z]) = (network.rest(i, j), displacement);
         let (x, z) = (rest[0] + x, rest[2] + z);
         let along = (x * given.x + z * given.z) / math::length([x, 0.0, z]);
         let unit = network.model.unit_energy * network.mass_share_of_row(j);
-        sums.casing_loss -= unit * (0.5 * by_case * along);
+        sums.casing.loss -= unit * (0.5 * by_case * along);
     }
 }
 
 /// Corrects the work of a clamp on a node out of its jaws to which projectile or plies have then given this
 /// velocity, spacings a step.
-#[inline(never)]
+#[inline(always)]
 pub(crate) fn correct_clamp_work(network: &mut Network<'_>, sums: &mut Sums, [i, j]: [usize; 2], given: &Vector) {
-    let (place, lane) = (j * network.layout.chunks + i / CHUNK, i % CHUNK);
-    if network.layout.has(Feature::Clamps)
-        && slid_by(network.arrays.rows.slid, place, lane) < 0.0
-        && let Some([_, pulls @ .., work]) = network.arrays.rows.holds.get_mut(place)
-    {
-        let pull = Vector::from([0, 1, 2].map(|k| pulls[k][lane]));
-        let work = core::mem::take(&mut work[lane]);
+    let place = j * network.layout.chunks + i / CHUNK;
+    if let Some(mut pull) = Pull::on(network.arrays.rows.clamps, place, i % CHUNK) {
+        let (impulse, work) = (pull.impulse(), pull.take_work());
         let unit = network.model.unit_energy * network.mass_share_of_row(j) * network.share(i, j);
-        sums.attachment -= unit * (0.5 * pull.dot(given));
-        sums.clamp_work += unit * work;
+        sums.clamps.dissipated -= unit * (0.5 * impulse.dot(given));
+        sums.work_of_pushed += unit * work;
     }
 }
 
@@ -233,24 +224,21 @@ pub(crate) fn let_driven_nodes_go(network: &mut Network<'_>, sums: &mut Sums, ca
     for candidate in candidates {
         let (i, j) = network.layout.column_and_row(candidate.node as usize);
         let (place, lane) = (j * network.layout.chunks + i / CHUNK, i % CHUNK);
-        let RowArrays { hot, slid, holds, .. } = &mut network.arrays.rows;
-        let Some([_, pulls @ .., work]) = holds.get_mut(place).filter(|_| slid_by(slid, place, lane) < 0.0) else {
-            continue;
-        };
+        let RowArrays { hot, clamps, .. } = &mut network.arrays.rows;
+        let Some(mut pull) = Pull::on(clamps, place, lane) else { continue };
         let Some(chunk) = planes::row(hot, network.layout.chunks, j).get(i / CHUNK) else { break };
-        let pull = Vector::from([0, 1, 2].map(|k| pulls[k][lane]));
+        let impulse = pull.impulse();
         // Work is impulse times the mean of the velocities before and after it.
-        if 2.0 * work[lane] + pull.dot(&Vector::from(planes::velocity(chunk, lane))) >= 0.0 {
+        if 2.0 * pull.work() + impulse.dot(&Vector::from(planes::velocity(chunk, lane))) >= 0.0 {
             continue;
         }
-        let taken = core::mem::take(&mut work[lane]);
-        pulls.iter_mut().for_each(|pull| pull[lane] = 0.0);
+        let taken = pull.cancel();
         let share = network.mass_share_of_row(j);
         let unit = network.model.unit_energy * share * network.share(i, j);
-        sums.attachment -= unit * taken;
-        sums.clamp_work += unit * taken;
-        network.load_support(sums, i, j, &(pull * share));
-        if move_node(network, candidate, [i, j], &-pull).is_none() {
+        sums.clamps.dissipated -= unit * taken;
+        sums.work_of_pushed += unit * taken;
+        network.load_support(sums, i, j, &(impulse * share));
+        if move_node(network, candidate, [i, j], &-impulse).is_none() {
             break;
         }
     }

@@ -17,16 +17,18 @@ use crate::ground::math;
 use crate::memory::arrays::Contacts;
 use crate::memory::network::Network;
 use crate::memory::records::Candidate;
+use crate::sheet::casing::Cylinder;
 use crate::sheet::ring;
 
 /// Adds after the completed candidates the places of the case that back them; of a prescribed body, takes
 /// those out that such a place stops. Returns how many candidates there are now.
 pub(crate) fn back_by_case(network: &Network<'_>, contacts: &mut Contacts<'_>, body: &Twist, count: usize) -> usize {
+    let Some(case) = network.directions.case() else { return count };
     let is_free = network.scene.is_free();
     let (mut c, mut nodes, mut all) = (0, count, count);
     while c < nodes {
         let candidate = contacts.candidates.get(c);
-        let Some(held) = candidate.and_then(|candidate| place_of_case(network, candidate)) else {
+        let Some(held) = candidate.and_then(|candidate| place_of_case(network, case, candidate)) else {
             c += 1;
             continue;
         };
@@ -51,7 +53,7 @@ pub(crate) fn back_by_case(network: &Network<'_>, contacts: &mut Contacts<'_>, b
 
 /// The place of the case that a free node meets within a spacing, if it moves along the normal of this
 /// candidate.
-fn place_of_case(network: &Network<'_>, candidate: &Candidate) -> Option<Candidate> {
+fn place_of_case(network: &Network<'_>, case: &Cylinder, candidate: &Candidate) -> Option<Candidate> {
     if candidate.is_fixed() {
         return None;
     }
@@ -64,7 +66,7 @@ fn place_of_case(network: &Network<'_>, candidate: &Candidate) -> Option<Candida
     let outwards = from_axis * (1.0 / math::length(from_axis.into()));
     let against = -candidate.normal.dot(&outwards);
     // A push of a spacing inwards, -1, leaves a node lower than that a room of one less its height: (M24).
-    let height = 1.0 - network.directions.casing?.room(x.into(), [outwards.x, outwards.z], -1.0);
+    let height = 1.0 - case.room(x.into(), [outwards.x, outwards.z], -1.0);
     let left = math::max(height + outwards.dot(&Vector::from(network.node(i, j).1)), 0.0);
     let free_gap_rate = math::max(candidate.free_gap_rate + left / against * network.model.unit_speed, 0.0);
     let held = Candidate { held_by: Holder::Case as u32, free_gap_rate, ..*candidate };

@@ -93,7 +93,7 @@ impl SortedContacts<'_> {
                 let (number, place, ply) = (c as u32, place(candidate), candidate.node / places);
                 let (column, row) = (place % nodes_x, place / nodes_x);
                 let Candidate { normal, arm, held_by, free_gap_rate, impulse, .. } = *candidate;
-                let own_normal = network.own_axes(column as usize, normal.into());
+                let own_normal = network.column_axes(column as usize, normal.into());
                 let of_column = PlyContact { number, column, row, ply, own_normal, ..PlyContact::default() };
                 *contact = PlyContact { normal, arm, held_by, free_gap_rate, impulse, ..of_column };
             }

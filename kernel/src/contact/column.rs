@@ -17,7 +17,6 @@ use crate::ground::planes::{self, CHUNK};
 use crate::memory::arrays::Contacts;
 use crate::memory::network::Network;
 use crate::memory::records::{Node, Pool};
-use crate::scene::features::Feature;
 use crate::sheet::ring;
 
 /// Mass of a held node of a column, over that of a node of the front fabric: no sum with the others changes.
@@ -116,8 +115,7 @@ impl Column<'_> {
         let shares = [1.0, model.back_share];
         let [mut at, next] = layout.stacked(i, row);
         let normal = network.normal(i);
-        let own = |v: [f64; 3]| normal.map_or(v, |normal| ring::own_axes(v, normal));
-        let clamps = layout.has(Feature::Clamps);
+        let own = |v: [f64; 3]| normal.map_or(v, |normal| ring::column_axes(v, normal));
         let (mut below, mut deepest): (Option<[f64; 4]>, f64) = (None, 0.0);
         let (mut offset, mut speed_below, mut presses) = (0.0, -f64::INFINITY, false);
         for (ply, place) in self.nodes.iter_mut().enumerate() {
@@ -141,7 +139,7 @@ impl Column<'_> {
             let speed = v + offset;
             presses |= speed_below > speed;
             speed_below = speed;
-            let held = clamps && network.is_fixed(i, ply * layout.y.modelled() + row);
+            let held = network.is_held_by_clamp(i, ply * layout.y.modelled() + row);
             let mass = if held { HELD } else { shares[usize::from(directions.is_back(ply))] };
             *place = Node { before: v, speed: v, gap: allowed, offset, mass, release: v, ..Node::default() };
             below = Some([x, y, z, v]);

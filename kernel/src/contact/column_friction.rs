@@ -206,7 +206,7 @@ impl StackSolve<'_, '_> {
         let t = &friction.tangential;
         let softer = self.damping * contact.inverse_mass;
         let ([_, _, up], tangents) = (contact.own_normal, t.tangents);
-        let up = [up, self.own_axes(contact, tangents[0]).z, self.own_axes(contact, tangents[1]).z];
+        let up = [up, self.column_axes(contact, tangents[0]).z, self.column_axes(contact, tangents[1]).z];
         let along_normal = contact.compliance - contact.inverse_mass * (1.0 - up[0] * up[0]);
         let mut found = FrictionalContact {
             up,

@@ -48,6 +48,9 @@ impl<'s> EdgeTest<'s> {
     /// bends the way by, and no edge; nor is what rounding presses into a face of thick cloth.
     pub fn is_past_an_edge(&self, x: &Vector, y: &Vector, touching: f64) -> bool {
         let (first, last) = (at(&self.start, x), at(&self.end, y));
+        if self.solid.gap(&last).distance < -touching {
+            return false;
+        }
         let (from, way) = (self.solid.gap(&first), last - first);
         let depth = -(from.distance + from.normal.dot(&way));
         depth > self.solid.least_depth(touching)

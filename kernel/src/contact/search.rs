@@ -19,7 +19,7 @@ use crate::memory::network::Network;
 use crate::memory::records::{Candidate, Tangential};
 use crate::scene::features::Feature;
 use crate::scene::parts::{Scene, Symmetry};
-use crate::sheet::clamp::{LET_GO, is_in_jaws, slid_by};
+use crate::sheet::clamp::{self, LET_GO, SLID, slid_by};
 use crate::sheet::columns::{COLUMN_PLANES, Net, PLACE, PLACE_Z};
 use crate::sheet::places::{Places, rest_offset};
 use crate::sheet::weave::{in_runs, meets_runs};
@@ -266,7 +266,7 @@ pub(crate) fn gather(
     search: &Search<'_>,
     [first_row, end_row]: [usize; 2],
 ) -> Result<Gathered, Failure> {
-    let Network { scene, layout, model, directions, arrays, instructions, .. } = network;
+    let Network { scene, layout, model, directions, clamps: law, arrays, instructions, .. } = network;
     let (rise, ply_gap) = (directions.front.vertical.rest.spacing, model.pitch);
     let (nx, chunks) = (layout.nodes_x, layout.chunks);
     let (unit_speed, dt) = (model.unit_speed, model.limits.dt);
@@ -274,7 +274,7 @@ pub(crate) fn gather(
     let stands_alone = !layout.has(Feature::Grading) && scene.symmetry == Symmetry::default();
     let Contacts { candidates, tangential, .. } = contacts;
     let Arrays { rows, columns, lines, .. } = arrays;
-    let RowArrays { hot, ranges, runs, slid, .. } = rows;
+    let RowArrays { hot, ranges, runs, clamps, .. } = rows;
     let net = Net { columns, lines };
     let (free_body, curved) = (scene.is_free(), !net.hoop().is_empty());
     let mut slots = candidates.iter_mut().take(layout.candidates);
@@ -318,8 +318,8 @@ pub(crate) fn gather(
                 let v = || Vector::from(planes::velocity(chunk, lane));
                 let Some((gap, normal, arm)) = search.candidate_at(&r, || v() * unit_speed, dt) else { continue };
                 deepest = math::max(-gap, deepest);
-                let slid = if held && in_runs(&run, i) { slid_by(slid, j * chunks + c, lane) } else { LET_GO };
-                let fixed = is_in_jaws(slid, directions.grip);
+                let slid = if held && in_runs(&run, i) { slid_by(clamps, j * chunks + c, lane) } else { LET_GO };
+                let fixed = law.hold(slid);
                 if fixed && slid == 0.0 && !free_body {
                     continue;
                 }
@@ -356,9 +356,9 @@ pub(crate) fn gather(
 /// energy.
 #[inline(never)]
 pub(crate) fn add_free_velocity(network: &mut Network<'_>, contacts: &mut Contacts<'_>, count: usize) {
-    let Network { layout, model, directions, arrays: Arrays { rows: RowArrays { hot, slid, .. }, .. }, .. } = network;
+    let Network { layout, model, clamps: law, arrays, .. } = network;
+    let RowArrays { hot, clamps, .. } = &mut arrays.rows;
     let (nx, chunks, unit_speed) = (layout.nodes_x, layout.chunks, model.unit_speed);
-    let slips = layout.has(Feature::Clamps);
     let Contacts { candidates, tangential, .. } = contacts;
     // They come row by row: one division for each row is enough.
     let (mut start, mut row) = (0, planes::row(hot, chunks, 0));
@@ -372,13 +372,12 @@ pub(crate) fn add_free_velocity(network: &mut Network<'_>, contacts: &mut Contac
         }
         let lane = i % CHUNK;
         let Some(chunk) = row.get(i / CHUNK) else { break };
-        if slips
-            && candidate.is_fixed()
-            && let Some(slid) = slid.get_mut(start / nx.max(1) * chunks + i / CHUNK)
-            && slid[lane] > 0.0
+        if candidate.is_fixed()
+            && let Some(chunk) = clamp::at_mut(clamps, start / nx.max(1) * chunks + i / CHUNK)
+            && chunk[SLID][lane] > 0.0
         {
             candidate.held_by = Holder::None as u32;
-            slid[lane] = if is_in_jaws(slid[lane], directions.grip) { -slid[lane] } else { slid[lane] };
+            chunk[SLID][lane] = law.leave(chunk[SLID][lane]);
         }
         let v = Vector::from(planes::velocity(chunk, lane));
         debug_assert!(!candidate.is_fixed() || v == Vector::zeros(), "a support stands still");

@@ -111,9 +111,8 @@ impl<'s, 'a> Separation<'s, 'a> {
             let is_pushed =
                 (chunk * CHUNK..layout.nodes_x.min(from * CHUNK)).any(|i| self.with_impulse(i, row).next().is_some());
             // A clamp may hold some nodes of a column and have let go of others.
-            let is_held = layout.has(Feature::Clamps)
-                && (chunk * CHUNK..from * CHUNK).any(|i| self.network.arrays.rows.is_attached([i, row]));
-            let only_plies = !is_pushed && !is_held && !layout.has(Feature::Casing);
+            let is_held = (chunk * CHUNK..from * CHUNK).any(|i| self.network.arrays.rows.is_clamped([i, row]));
+            let only_plies = !is_pushed && !is_held && self.network.directions.case().is_none();
             match self.chunk(row, chunk, only_plies) {
                 Pressing::Separated { depth, mut lost } => {
                     if layout.has(Feature::Grading) {
@@ -182,11 +181,7 @@ impl<'s, 'a> Separation<'s, 'a> {
         }
         self.contacts.column().project();
         self.load_clamps(i, row);
-        // Nodes that the projectile pushes get the push of the case with the next sweep, as those of a single
-        // ply.
-        let rests = layout.has(Feature::Casing) && self.with_impulse(i, row).next().is_none();
-        let by_case = if rests { self.rest_on_casing(i, row) } else { 0.0 };
-        let (mut lost, normal) = (-by_case, self.network.normal(i));
+        let (mut lost, normal) = (-self.rest_on_casing(i, row), self.network.normal(i));
         for ply in 0..layout.plies {
             let j = ply * layout.y.modelled() + row;
             let RowArrays { hot, before, .. } = &mut self.network.arrays.rows;
@@ -248,9 +243,14 @@ impl<'s, 'a> Separation<'s, 'a> {
     /// Holds the nodes of the solved column back that press the first of them into its case. Returns what
     /// that takes of their energy, in units of m (h/dt)^2.
     fn rest_on_casing(&mut self, i: usize, row: usize) -> f64 {
+        let Some((case, normal)) = self.network.directions.case().zip(self.network.normal(i)) else { return 0.0 };
+        // Nodes that the projectile pushes get the push of the case with the next sweep, as those of a single
+        // ply.
+        if self.with_impulse(i, row).next().is_some() {
+            return 0.0;
+        }
         let (layout, column) = (self.network.layout, &mut *self.contacts.nodes_of_column);
-        let case = self.network.directions.casing.zip(self.network.normal(i));
-        let Some(((case, normal), first)) = case.zip(column.first().copied()) else { return 0.0 };
+        let Some(first) = column.first().copied() else { return 0.0 };
         let ([x, y, z], ([u, v, w], _)) = (self.network.rest(i, row), self.network.node(i, row));
         let room = case.room([x + u, y + v, z + w], normal, first.speed - first.before);
         let before = &self.network.arrays.rows.before;
@@ -259,8 +259,8 @@ impl<'s, 'a> Separation<'s, 'a> {
             chunk.map_or(0.0, |before| before[i % CHUNK])
         };
         let [given, taken] = hold_back(column, first.speed + room, at);
-        self.sums.casing -= Vector::new(given * normal[0], 0.0, given * normal[1]);
-        self.sums.casing_loss += taken * self.network.model.unit_energy;
+        self.sums.casing.impulse -= Vector::new(given * normal[0], 0.0, given * normal[1]);
+        self.sums.casing.loss += taken * self.network.model.unit_energy;
         taken
     }
 }
@@ -275,9 +275,7 @@ fn push_outwards(
 ) -> Vector {
     let (u, v) = network.node(i, j);
     let given = Vector::new(push * sine, 0.0, push * cosine);
-    if network.layout.has(Feature::Casing) {
-        correct_casing_loss(network, sums, [u[0] - v[0], u[2] - v[2]], [i, j], &given);
-    }
+    correct_casing_loss(network, sums, [u[0] - v[0], u[2] - v[2]], [i, j], &given);
     let moved = |x: [f64; 3]| [x[0] + given.x, x[1], x[2] + given.z];
     network.set_node(i, j, moved(u), moved(v));
     given

@@ -173,7 +173,7 @@ impl<'s, 'a> StackSolve<'s, 'a> {
         for ply in 0..network.layout.plies {
             let chunk = network.arrays.rows.hot.get(at + ply * next);
             let velocity = chunk.map_or([0.0; 3], |chunk| planes::velocity(chunk, i % CHUNK));
-            let [_, _, speed] = network.own_axes(i, velocity);
+            let [_, _, speed] = network.column_axes(i, velocity);
             (low, high) = (math::min(speed, low), math::max(speed, high));
         }
         (high - low) * network.model.unit_speed
@@ -258,8 +258,7 @@ impl<'s, 'a> StackSolve<'s, 'a> {
     /// Whether a clamp holds a node of a contact's column, which then has no compliance of its own.
     fn is_held_in_part(&self, contact: &PlyContact) -> bool {
         let ([i, row], layout) = (contact.place(), &self.network.layout);
-        layout.has(Feature::Clamps)
-            && (0..layout.plies).any(|ply| self.network.is_fixed(i, ply * layout.y.modelled() + row))
+        (0..layout.plies).any(|ply| self.network.is_held_by_clamp(i, ply * layout.y.modelled() + row))
     }
 
     /// Compliance of the body at one contact to an impulse on another, 1/kg.
@@ -278,17 +277,18 @@ impl<'s, 'a> StackSolve<'s, 'a> {
     }
 
     /// A vector in the axes of a contact's column.
-    pub(super) fn own_axes(&self, contact: &PlyContact, v: Vector) -> Vector {
+    pub(super) fn column_axes(&self, contact: &PlyContact, v: Vector) -> Vector {
         if !self.network.layout.has(Feature::Curved) {
             return v;
         }
-        Vector::from(self.network.own_axes(contact.column as usize, v.into()))
+        Vector::from(self.network.column_axes(contact.column as usize, v.into()))
     }
 
     /// Friction of a contact in the axes of its column, N s.
     fn friction(&self, contact: &PlyContact, friction: Option<&PlyFriction>) -> Vector {
-        friction
-            .map_or(Vector::zeros(), |PlyFriction { tangential: t, .. }| self.own_axes(contact, t.as_vector(t.impulse)))
+        friction.map_or(Vector::zeros(), |PlyFriction { tangential: t, .. }| {
+            self.column_axes(contact, t.as_vector(t.impulse))
+        })
     }
 
     /// Velocity along the sheet that friction and this normal impulse give a contact's node, m/s.
@@ -308,7 +308,7 @@ impl<'s, 'a> StackSolve<'s, 'a> {
         if candidate.is_fixed() {
             return ([0.0; 2], mass);
         }
-        let own = |v: Vector| Vector::from(self.network.own_axes(column, v.into()));
+        let own = |v: Vector| Vector::from(self.network.column_axes(column, v.into()));
         let friction = friction.map_or(Vector::zeros(), |t| own(t.as_vector(t.impulse)));
         let (push, inverse_mass) =
             (own(candidate.normal) * candidate.impulse + friction, self.inverse_node_mass / share);
@@ -326,7 +326,7 @@ impl<'s, 'a> StackSolve<'s, 'a> {
     fn next_friction(&self, contact: &PlyContact, friction: &PlyFriction) -> [f64; 2] {
         let (impulse, change_z, t) = (contact.impulse, contact.velocity_change_z, &friction.tangential);
         let [x, y] = self.along(contact, Some(friction), impulse);
-        let moved = t.tangents.map(|tangent| self.own_axes(contact, tangent).dot(&Vector::new(x, y, change_z)));
+        let moved = t.tangents.map(|tangent| self.column_axes(contact, tangent).dot(&Vector::new(x, y, change_z)));
         let [p, q] = t.slip(&self.body);
         t.next([p + moved[0], q + moved[1]], self.network.scene.contact.friction * impulse)
     }

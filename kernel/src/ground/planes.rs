@@ -17,7 +17,7 @@ pub const YARN_PLANES: usize = 4;
 /// Planes of the rows of drawn strength: critical stretch of the horizontal and vertical segment.
 pub const STRENGTH_PLANES: usize = 2;
 /// Planes of the slack balance: accumulated energy error and correcting stress of the horizontal and vertical
-/// segment (`sheet/slack.rs`).
+/// segment (`sweep/slack.rs`).
 pub const ENERGY_ERROR_PLANES: usize = 4;
 /// Planes of the theta rule's rows: guess of the displacement, velocity after contact, acceleration at the
 /// step's start and at the guess (3 each).

@@ -12,7 +12,7 @@ use crate::memory::layout::Layout;
 use crate::memory::records::{Candidate, Node, PlyContact, PlyFriction, Pool, Tangential};
 use crate::scene::features::{Feature, Features};
 use crate::scene::parts::Scene;
-use crate::sheet::clamp;
+use crate::sheet::clamp::{self, CLAMP_PLANES, Clamps};
 use crate::sheet::columns::COLUMN_PLANES;
 use crate::sheet::places::Places;
 use crate::sheet::symmetry::Line;
@@ -56,7 +56,7 @@ impl Layout {
             chunks: x.stored().div_ceil(CHUNK),
             has: Features::of(scene),
             block_steps: 1,
-            supports: scene.track_support || Features::of(scene).has(Feature::Clamps),
+            supports: scene.track_support || Feature::Clamps.is_in(scene),
             candidates: match scene.contact_capacity {
                 0 => nodes,
                 most => nodes.min(most as usize),
@@ -119,12 +119,8 @@ macro_rules! arrays {
                 case_impulse_of_row: [[[f64; CHUNK]; 3]], layout.has(Feature::Casing), [1, layout.nodes_y, 1];
                 /// Impulse of the case on each node, spacings a step times its mass.
                 case_impulse: [[f64; CHUNK]], layout.has(Feature::Casing), [1, layout.nodes_y, layout.chunks];
-                /// Impulses of the clamp on each node, spacings/step times its mass: the largest in a step,
-                /// constant, and of a node out of the jaws components of that in the last one; energy
-                /// dissipated by the latter.
-                holds: [[[f64; CHUNK]; 5]], layout.has(Feature::Clamps), [1, layout.nodes_y, layout.chunks];
-                /// Way that each held node has slid, spacings, negative once it is out of the jaws.
-                slid: [[f64; CHUNK]], layout.has(Feature::Clamps), [1, layout.nodes_y, layout.chunks];
+                /// Clamp of each node (`sheet/clamp.rs`).
+                clamps: [Chunk<CLAMP_PLANES>], layout.has(Feature::Clamps), [1, layout.nodes_y, layout.chunks];
                 /// Velocity of each node normal to the sheet before the sweep, spacings/step.
                 before: [[f64; CHUNK]], layout.is_stack(), [1, layout.nodes_y, layout.chunks];
                 /// Energy that viscosity and rate dissipate in each row in a step, m (h/dt)^2.
@@ -147,7 +143,7 @@ macro_rules! arrays {
                 lines: [Chunk<COLUMN_PLANES>], layout.has(Feature::Grading), [1, 1, layout.nodes_y.div_ceil(CHUNK)];
                 /// Displacements of the fixed nodes of a row during its sweep, and velocities where clamps
                 /// slip; spacings and steps.
-                kept: [[f64; 3]], true, [1, 1, layout.kept_nodes()];
+                kept: [[f64; 3]], true, [1, 1, layout.nodes_x];
                 /// Nodes with an impulse since the last outcome test, a bit each.
                 flags: [u32], layout.has(Feature::Detachment), [1, 1, layout.nodes().div_ceil(32)];
                 /// Awake rows [first, end) of each ply.
@@ -267,7 +263,7 @@ impl RowArrays<'_> {
         let (hot, past) = (self.hot.as_flattened().as_flattened(), self.past.as_flattened().as_flattened());
         let (history, energy_error) =
             (self.history.as_flattened().as_flattened(), self.energy_error.as_flattened().as_flattened());
-        [hot, self.slid.as_flattened(), past, history, energy_error]
+        [hot, self.clamps.as_flattened().as_flattened(), past, history, energy_error]
     }
 
     /// Whether a node belongs to an attachment, which may have let go of it.
@@ -276,9 +272,14 @@ impl RowArrays<'_> {
     }
 
     /// Whether a support holds a node in its place, or slides with it in the sheet.
-    pub fn is_fixed(&self, layout: &Layout, grip: f64, [i, j]: [usize; 2]) -> bool {
-        let slid = || clamp::slid_by(self.slid, j * layout.chunks + i / CHUNK, i % CHUNK);
-        self.is_attached([i, j]) && clamp::is_in_jaws(slid(), grip)
+    pub fn is_fixed(&self, layout: &Layout, clamps: &Clamps, [i, j]: [usize; 2]) -> bool {
+        let slid = || clamp::slid_by(self.clamps, j * layout.chunks + i / CHUNK, i % CHUNK);
+        self.is_attached([i, j]) && clamps.hold(slid())
+    }
+
+    /// Whether a node belongs to an attachment that may slip.
+    pub fn is_clamped(&self, [i, j]: [usize; 2]) -> bool {
+        clamp::at(self.clamps, 0).is_some() && self.is_attached([i, j])
     }
 
     /// [`RowArrays::numbers`], to be changed.
@@ -289,7 +290,7 @@ impl RowArrays<'_> {
             self.history.as_flattened_mut().as_flattened_mut(),
             self.energy_error.as_flattened_mut().as_flattened_mut(),
         );
-        [hot, self.slid.as_flattened_mut(), past, history, energy_error]
+        [hot, self.clamps.as_flattened_mut().as_flattened_mut(), past, history, energy_error]
     }
 }
 

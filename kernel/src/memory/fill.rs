@@ -14,12 +14,12 @@ use crate::memory::layout::Layout;
 use crate::memory::network::Network;
 use crate::scene::features::Feature;
 use crate::scene::parts::CRITICAL_STRETCH_MAX;
-use crate::sheet::clamp;
+use crate::sheet::clamp::{self, SLID};
 use crate::sheet::direction::PlyDirections;
+use crate::sheet::energy_error::{self, NO_ENERGY_ERROR};
 use crate::sheet::grading;
 use crate::sheet::places::Places;
 use crate::sheet::ring;
-use crate::sheet::slack::{self, NO_ENERGY_ERROR};
 use crate::sheet::weave::{self, in_runs};
 use crate::yarn::law::{self, Rest};
 
@@ -45,7 +45,7 @@ impl Network<'_> {
                 hoop.fill(line, &along.around(), along.radius_ratio);
             }
         }
-        if layout.has(Feature::Clamps) {
+        if clamp::at(self.arrays.rows.clamps, 0).is_some() {
             self.fill_holds();
         }
         let (Layout { nodes_x: nx, nodes_y: ny, chunks, .. }, strength) = (layout, layout.has(Feature::Strength));
@@ -115,9 +115,7 @@ impl Network<'_> {
                     ) / (across * up);
                     let hold = if whole > 0.0 { whole * yarns } else { f64::MAX };
                     let place = j * self.layout.chunks + i as usize / CHUNK;
-                    if let Some([largest, ..]) = self.arrays.rows.holds.get_mut(place) {
-                        largest[i as usize % CHUNK] = hold;
-                    }
+                    clamp::set_hold(self.arrays.rows.clamps, place, i as usize, hold);
                 }
             }
         }
@@ -132,12 +130,10 @@ impl Network<'_> {
         }
         self.arrays.flags.fill(0);
         self.arrays.rows.energy_error.fill(NO_ENERGY_ERROR);
-        if self.layout.has(Feature::Clamps) {
-            self.arrays.rows.slid.fill([0.0; CHUNK]);
-        }
+        self.arrays.rows.clamps.iter_mut().for_each(|chunk| chunk[SLID] = [0.0; CHUNK]);
         for j in 0..self.arrays.rows.been_slack.len() {
             let PlyDirections { horizontal, vertical, .. } = self.directions_of_row(j);
-            let slack = |rest: &Rest, axis: Axis| u32::from(rest.twice_strain < 0.0) * slack::bit(axis);
+            let slack = |rest: &Rest, axis: Axis| u32::from(rest.twice_strain < 0.0) * energy_error::bit(axis);
             let bits = slack(&horizontal.rest, Axis::Horizontal) | slack(&vertical.rest, Axis::Vertical);
             if let Some(been_slack) = self.arrays.rows.been_slack.get_mut(j) {
                 *been_slack = bits;

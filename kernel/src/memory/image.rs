@@ -11,7 +11,8 @@ use crate::ground::planes::{
 use crate::memory::layout::Layout;
 use crate::memory::state::{State, Visitor};
 use crate::scene::features::{Feature, Features};
-use crate::sheet::slack::GIVEN;
+use crate::sheet::clamp::{CLAMP_PLANES, SLID};
+use crate::sheet::energy_error::GIVEN;
 
 /// Words before the state: name, version of the format, fingerprint of the scene, number of words.
 pub(crate) const HEADER_WORDS: usize = 4;
@@ -20,14 +21,14 @@ pub(crate) const HEADER_WORDS: usize = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Array {
     Hot,
-    Slid,
+    Clamps,
     Past,
     History,
     EnergyError,
 }
 
 /// Planes of each array.
-const PLANES: [usize; 5] = [HOT_PLANES, 1, PAST_PLANES, HISTORY_PLANES, ENERGY_ERROR_PLANES];
+const PLANES: [usize; 5] = [HOT_PLANES, CLAMP_PLANES, PAST_PLANES, HISTORY_PLANES, ENERGY_ERROR_PLANES];
 
 impl Array {
     /// Whether the array has numbers.
@@ -35,7 +36,7 @@ impl Array {
     fn is_kept(self, layout: &Layout) -> bool {
         match self {
             Array::Hot | Array::History => true,
-            Array::Slid => layout.has(Feature::Clamps),
+            Array::Clamps => layout.has(Feature::Clamps),
             Array::Past => layout.has(Feature::Viscosity),
             Array::EnergyError => layout.has(Feature::Slack),
         }
@@ -46,7 +47,8 @@ impl Array {
 type Entry = (Array, &'static [usize]);
 
 /// Numbers of a node: displacement and velocity, distance slid, moments.
-const NODE: [Entry; 3] = [(Array::Hot, &[0, 1, 2, 3, 4, 5]), (Array::Slid, &[0]), (Array::Past, &[MOMENT, MOMENT + 1])];
+const NODE: [Entry; 3] =
+    [(Array::Hot, &[0, 1, 2, 3, 4, 5]), (Array::Clamps, &[SLID]), (Array::Past, &[MOMENT, MOMENT + 1])];
 
 /// Numbers of a segment: history, energy error, correcting stress, strain and viscous stress before the step.
 /// Planes of the horizontal one; those of the vertical one follow.

@@ -119,12 +119,6 @@ impl Layout {
         self.candidates.checked_mul(if self.has(Feature::Casing) { 2 } else { 1 })
     }
 
-    /// Places for what is kept of a row's fixed nodes during its sweep: displacements, and with slipping
-    /// clamps velocities.
-    pub(crate) fn kept_nodes(&self) -> usize {
-        if self.has(Feature::Clamps) { 2 * self.nodes_x } else { self.nodes_x }
-    }
-
     /// Rows of carried forces: one for each ply, or for each step of a block.
     pub(crate) fn carried_rows(&self) -> usize {
         self.plies.max(self.block_steps as usize)
@@ -171,7 +165,7 @@ impl Layout {
     pub(crate) fn reals_of_a_band(&self) -> usize {
         let (rows, [at_cuts, above_gap]) = (1 + self.block_steps_of_a_band(), self.viscous_rows_of_a_band());
         self.chunks * CHUNK * (rows * (HOT_PLANES + CARRY_PLANES) + (at_cuts + above_gap) * PAST_PLANES)
-            + (3 * self.kept_nodes()).next_multiple_of(CacheLine::REALS)
+            + (3 * self.nodes_x).next_multiple_of(CacheLine::REALS)
     }
 
     /// Bytes of memory in all.

@@ -137,10 +137,10 @@ impl Model {
         let duration = track.steps as f64 * self.limits.dt;
         let (start, end) = (&track.start, &track.end);
         let chord = (end.position - start.position) * (3.0 / duration);
-        let turn = path::rotation_vector(&(start.orientation.conjugate() * end.orientation)) * (3.0 / duration);
+        let rotation = path::rotation_vector(&(start.orientation.conjugate() * end.orientation)) * (3.0 / duration);
         let speeds = [start.velocity, end.velocity, chord - start.velocity - end.velocity];
         let rates =
-            [start.angular_velocity, end.angular_velocity, turn - start.angular_velocity - end.angular_velocity];
+            [start.angular_velocity, end.angular_velocity, rotation - start.angular_velocity - end.angular_velocity];
         let largest = |vectors: [Vector; 3]| {
             vectors.iter().map(|v| math::length([v.x, v.y, v.z])).fold(0.0, |a, b| math::max(b, a))
         };

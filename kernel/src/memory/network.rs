@@ -11,13 +11,14 @@ use crate::memory::model::Model;
 use crate::memory::state::Sums;
 use crate::scene::features::Feature;
 use crate::scene::parts::Scene;
+use crate::sheet::clamp::Clamps;
 use crate::sheet::columns::{self, Net, PLACE, PLACE_Z};
 use crate::sheet::direction::{Direction, Directions, PlyDirections};
+use crate::sheet::energy_error::{self, EnergyError, GIVEN};
 use crate::sheet::ghosts;
 use crate::sheet::neighbours::NOTHING;
 use crate::sheet::places::rest_offset;
 use crate::sheet::ring;
-use crate::sheet::slack::{self, EnergyError, GIVEN};
 use crate::sheet::weave;
 use crate::yarn::law::{self, DamageLaw, Rest, RestLanes};
 use crate::yarn::rate::RateLaw;
@@ -28,6 +29,7 @@ pub(crate) struct Network<'a> {
     pub layout: Layout,
     pub model: Model,
     pub directions: Directions,
+    pub clamps: Clamps,
     pub arrays: Arrays<'a>,
     /// Awake rows of a single sheet: rows [first, end) that may hold a node that is not exactly at rest in
     /// its place.
@@ -47,6 +49,7 @@ impl<'a> Network<'a> {
         layout: Layout::NOTHING,
         model: Model::NOTHING,
         directions: Directions::NOTHING,
+        clamps: Clamps::NOTHING,
         arrays: Arrays::nothing(),
         awake: [0, 0],
         skip_rest: true,
@@ -79,7 +82,7 @@ pub(crate) struct SegmentView {
     pub critical_stretch: f64,
     /// Largest q beyond critical stored so far.
     pub history: f64,
-    /// Energy error and correcting stress, if it has them (`sheet/slack.rs`).
+    /// Energy error and correcting stress, if it has them (`sheet/energy_error.rs`).
     pub energy_error: Option<[f64; 2]>,
     /// Relative displacement of its ends at t_n.
     pub d: [f64; 3],
@@ -93,7 +96,7 @@ impl SegmentView {
     /// Constants at rest.
     fn lanes(&self) -> RestLanes<f64> {
         let lanes = self.rest.lanes();
-        self.chord.map_or(lanes, |chord| lanes.turned(chord))
+        self.chord.map_or(lanes, |chord| lanes.rotated(chord))
     }
 
     /// Twice the strain, q, at t_n.
@@ -120,10 +123,9 @@ impl SegmentView {
         let mut before = law::stress(self.stiffness, self.twice_strain_before());
         if let Some([energy, given]) = self.energy_error {
             before += given;
-            let energy_error = EnergyError { energy: &mut [energy; CHUNK], given: &mut [given; CHUNK] };
-            now += energy_error.stress(&rest, [self.stiffness, stiffness], q, ends, 0);
+            now += EnergyError { energy, given }.next(&rest, [self.stiffness, stiffness], q, ends).given;
         }
-        let [r, r_before] = slack::growths(&rest, ends);
+        let [r, r_before] = energy_error::growths(&rest, ends);
         now * r - before * r_before
     }
 }
@@ -165,8 +167,8 @@ impl Network<'_> {
     /// A vector in the axes of its column, of which the last one is across the sheet; of a flat sheet as it
     /// is.
     #[inline]
-    pub fn own_axes(&self, i: usize, v: [f64; 3]) -> [f64; 3] {
-        self.normal(i).map_or(v, |normal| ring::own_axes(v, normal))
+    pub fn column_axes(&self, i: usize, v: [f64; 3]) -> [f64; 3] {
+        self.normal(i).map_or(v, |normal| ring::column_axes(v, normal))
     }
 
     /// Lines of constants of a ply.
@@ -233,7 +235,17 @@ impl Network<'_> {
     }
 
     pub fn is_fixed(&self, i: usize, j: usize) -> bool {
-        self.arrays.rows.is_fixed(&self.layout, self.directions.grip, [i, j])
+        self.arrays.rows.is_fixed(&self.layout, &self.clamps, [i, j])
+    }
+
+    /// Whether a clamp has let go of a node for good.
+    pub fn have_clamps_let_go(&self) -> bool {
+        self.clamps.have_let_go(self.arrays.rows.clamps)
+    }
+
+    /// Whether a clamp that may slip holds a node.
+    pub fn is_held_by_clamp(&self, i: usize, j: usize) -> bool {
+        self.arrays.rows.is_clamped([i, j]) && self.is_fixed(i, j)
     }
 
     /// Which attachment a held node belongs to.
@@ -294,7 +306,12 @@ impl Network<'_> {
     pub fn energy_error(&self, axis: Axis, i: usize, j: usize) -> Option<[f64; 2]> {
         let row = planes::row(self.arrays.rows.energy_error, self.layout.chunks, j);
         let at = |plane: usize| planes::get(row, plane + axis as usize, i).unwrap_or(0.0);
-        self.arrays.rows.been_slack.get(j).is_some_and(|bits| bits & slack::bit(axis) != 0).then(|| [at(0), at(GIVEN)])
+        self.arrays
+            .rows
+            .been_slack
+            .get(j)
+            .is_some_and(|bits| bits & energy_error::bit(axis) != 0)
+            .then(|| [at(0), at(GIVEN)])
     }
 
     /// The damage law of a segment. Whether a strain is damaging follows from its direction's, too: the

@@ -93,20 +93,34 @@ sums! { features;
     beyond_fine: u64, features.has(Feature::Grading);
     /// Energy by which what contact impulses dissipate together would have fallen, J, in all steps.
     gained: f64, features.share_losses();
-    /// Impulse of the sheet on its case, in units of m h/dt.
-    casing: Vector, features.has(Feature::Casing);
-    /// Kinetic energy lost on the case, J.
-    casing_loss: f64, features.has(Feature::Casing);
-    /// Energy dissipated in slipping clamps, J.
-    attachment: f64, features.has(Feature::Clamps);
-    /// Impulse on each attachment when the running force window began, in units of m h/dt.
-    window_support: [Vector; ATTACHMENTS], features.has(Feature::Clamps);
-    /// Mean force on each attachment over the last window, N.
-    support_force: [f64; ATTACHMENTS], features.has(Feature::Clamps);
-    /// Step at which each attachment let go; 0: it has not.
-    let_go: [u64; ATTACHMENTS], features.has(Feature::Clamps);
+    /// Case under a ring.
+    casing: CasingSums, features.has(Feature::Casing);
+    /// Attachments that slip.
+    clamps: ClampSums, features.has(Feature::Clamps);
     /// Energy that clamps have dissipated in this step on nodes that contact then pushed, J; 0 between steps.
-    clamp_work: f64, false;
+    work_of_pushed: f64, false;
+}
+
+/// Sums of attachments that slip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClampSums {
+    /// Energy dissipated in slipping clamps, J.
+    pub dissipated: f64,
+    /// Impulse on each attachment when the running force window began, in units of m h/dt.
+    pub window_support: [Vector; ATTACHMENTS],
+    /// Mean force on each attachment over the last window, N.
+    pub support_force: [f64; ATTACHMENTS],
+    /// Step at which each attachment let go; 0: it has not.
+    pub let_go: [u64; ATTACHMENTS],
+}
+
+/// Sums of a case.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CasingSums {
+    /// Impulse of the sheet on its case, in units of m h/dt.
+    pub impulse: Vector,
+    /// Kinetic energy lost on the case, J.
+    pub loss: f64,
 }
 
 /// Kind of a sum.
@@ -147,6 +161,27 @@ impl<T: Sum, const N: usize> Sum for [T; N] {
 
     fn visit(&mut self, visitor: &mut dyn Visitor) {
         self.iter_mut().for_each(|sum| sum.visit(visitor));
+    }
+}
+
+impl Sum for ClampSums {
+    const ZERO: ClampSums =
+        ClampSums { dissipated: 0.0, window_support: Sum::ZERO, support_force: Sum::ZERO, let_go: Sum::ZERO };
+
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        self.dissipated.visit(visitor);
+        self.window_support.visit(visitor);
+        self.support_force.visit(visitor);
+        self.let_go.visit(visitor);
+    }
+}
+
+impl Sum for CasingSums {
+    const ZERO: CasingSums = CasingSums { impulse: Sum::ZERO, loss: 0.0 };
+
+    fn visit(&mut self, visitor: &mut dyn Visitor) {
+        self.impulse.visit(visitor);
+        self.loss.visit(visitor);
     }
 }
 
@@ -211,7 +246,7 @@ impl State {
 impl Sums {
     /// Energies dissipated by impulses on nodes, J: by the projectile, friction, plies, a case, clamps.
     pub fn losses(&mut self) -> [&mut f64; 5] {
-        [&mut self.loss, &mut self.friction, &mut self.ply_loss, &mut self.casing_loss, &mut self.attachment]
+        [&mut self.loss, &mut self.friction, &mut self.ply_loss, &mut self.casing.loss, &mut self.clamps.dissipated]
     }
 
     /// Splits what the impulses of a step have dissipated so that no part falls: friction that turns a slip

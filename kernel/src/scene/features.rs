@@ -173,6 +173,12 @@ impl Feature {
         FEATURES[self as usize].built
     }
 
+    /// Whether a scene asks for it, and this build has it.
+    #[inline(always)] // As `Features::has`.
+    pub fn is_in(self, scene: &Scene) -> bool {
+        self.is_built() && FEATURES[self as usize].asked_by(scene).is_some()
+    }
+
     /// # Errors
     /// `field`, a call or one of its arguments, needs it, and this build does not have it.
     pub(crate) fn needed_by(self, field: &'static str) -> Result<(), Error> {
@@ -235,26 +241,6 @@ impl Features {
 }
 
 impl Scene {
-    /// Whether modulus or critical stretch depend on the rate of strain.
-    pub fn depends_on_rate(&self) -> bool {
-        Feature::Rate.is_built() && (self.yarn.rate_modulus != 0.0 || self.yarn.rate_stretch != 0.0)
-    }
-
-    /// Whether bars stand for several yarns anywhere.
-    pub fn is_graded(&self) -> bool {
-        Feature::Grading.is_built() && self.sheet.grading.largest > 1
-    }
-
-    /// Whether the sheet is curved.
-    pub fn is_curved(&self) -> bool {
-        Feature::Curved.is_built() && self.sheet.radius != 0.0
-    }
-
-    /// Whether its rows are closed to rings.
-    pub fn is_closed(&self) -> bool {
-        Feature::Closed.is_built() && self.sheet.closed
-    }
-
     /// Whether contact and loads move the projectile, and not the host.
     pub fn is_free(&self) -> bool {
         !Feature::Prescribed.is_built() || self.drive == Drive::Free

@@ -126,7 +126,7 @@ impl Scene {
 
     /// Segments in a row: nx - 1, or nx of a ring.
     pub fn segments_of_row(&self) -> u64 {
-        u64::from(self.sheet.nodes_x) - u64::from(!self.is_closed())
+        u64::from(self.sheet.nodes_x) - u64::from(!Feature::Closed.is_in(self))
     }
 
     /// Number of segments of one ply: those of ny rows, and nx (ny - 1).

@@ -13,11 +13,14 @@
 use crate::ground::error::{Code, Error};
 use crate::ground::lanes::Lane;
 use crate::ground::math;
-use crate::ground::planes::Axis;
+use crate::ground::planes::{Axis, CHUNK};
 use crate::scene::features::Feature;
 use crate::scene::parts::Scene;
 use crate::sheet::ring::{CLOSES, Hoop};
 use core::f64::consts::PI;
+
+/// Whether this build has cases.
+pub(crate) const IS_BUILT: bool = Feature::Casing.is_built();
 
 /// Beyond every push.
 const ANY_PUSH: f64 = 1e300;
@@ -37,7 +40,7 @@ pub struct Cylinder {
 impl Cylinder {
     /// That of a scene, if it has one.
     pub fn of(scene: &Scene) -> Option<Cylinder> {
-        let hoop = Hoop::of(scene).filter(|_| Feature::Casing.is_built() && scene.casing.radius != 0.0)?;
+        let hoop = Hoop::of(scene).filter(|_| Feature::Casing.is_in(scene))?;
         let (h, [angle, half_angle], [place, half]) =
             (scene.sheet.spacing, scene.casing.window_angle, scene.casing.window_place);
         // A case that bears the ring at rest does so to rounding.
@@ -122,19 +125,26 @@ fn is_snug(scene: &Scene) -> bool {
     math::abs(carried(scene) - scene.sheet.radius) <= CLOSES * scene.sheet.radius
 }
 
+/// Impulse of the case on the node of column i, spacings a step times its mass; 0 without. `place`: that of
+/// its chunk.
+#[inline(always)]
+pub(crate) fn impulse_on(impulses: &[[f64; CHUNK]], place: usize, i: usize) -> f64 {
+    if IS_BUILT { impulses.get(place).map_or(0.0, |chunk| chunk[i % CHUNK]) } else { 0.0 }
+}
+
 impl Scene {
     /// Whether the case bears a ring that is taut at rest.
     pub(crate) fn has_snug_casing(&self) -> bool {
-        Feature::Casing.is_built() && self.is_closed() && is_snug(self)
+        IS_BUILT && Feature::Closed.is_in(self) && is_snug(self)
     }
 
     /// A case lies within a ring, and its window along it.
     pub(crate) fn check_casing(&self) -> Result<(), Error> {
         let (casing, ring) = (&self.casing, self.sheet.radius);
-        if !Feature::Casing.is_built() || casing.radius == 0.0 {
+        if !IS_BUILT || casing.radius == 0.0 {
             return Ok(());
         }
-        if !self.is_closed() {
+        if !Feature::Closed.is_in(self) {
             return Err(Error::new(Code::OutOfRange, "casing.radius", casing.radius, 0.0).from("sheet.closed"));
         }
         if carried(self) > ring * (1.0 + CLOSES) {

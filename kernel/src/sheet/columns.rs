@@ -319,7 +319,7 @@ impl OfRow {
         let (inverse_square, twice_strain) = (at(columns, INVERSE_SQUARE, g), self.twice_strain.lanes());
         let along = RestLanes { chord, twice_chord: chord, inverse_square, twice_strain };
         let widths = Some(Widths { columns, row: &self.inverse_width, group: g });
-        Bars { rests: [along.turned(chord), self.upwards.lanes()], widths, shares: None }
+        Bars { rests: [along.rotated(chord), self.upwards.lanes()], widths, shares: None }
     }
 }
 

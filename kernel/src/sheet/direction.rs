@@ -3,10 +3,10 @@
 //! Reference: docs/model.md, "Unlike directions, crimp and pre-tension".
 
 use crate::ground::planes::Axis;
+use crate::scene::features::Feature;
 use crate::scene::measures::Cloth;
 use crate::scene::parts::Scene;
-use crate::sheet::casing::Cylinder;
-use crate::sheet::clamp::LET_GO;
+use crate::sheet::casing::{self, Cylinder};
 use crate::sheet::draw::Arrangement;
 use crate::yarn::law::{DamageLaw, Rest, Viscosity};
 use crate::yarn::rate::RateLaw;
@@ -104,9 +104,7 @@ pub struct Directions {
     /// Growth of the radius of a curved sheet from ply to ply, over that of the first.
     growth: f64,
     /// The case that a ring lies on.
-    pub casing: Option<Cylinder>,
-    /// Distance, spacings, at which a held node has slid out of its clamp.
-    pub grip: f64,
+    casing: Option<Cylinder>,
 }
 
 impl Directions {
@@ -117,23 +115,26 @@ impl Directions {
         plies: Arrangement::SINGLE,
         growth: 0.0,
         casing: None,
-        grip: LET_GO,
     };
 
     /// Directions of a scene for passes of dt, s.
     #[inline(never)]
     pub(crate) fn of(scene: &Scene, dt: f64) -> Directions {
         let unit = volume_of(scene, Axis::Horizontal);
-        let slips = scene.attachment.hold != 0.0 && scene.attachment.grip != 0.0;
         let front = WarpAndWeft::of(scene, dt, unit);
         Directions {
             front,
             back: if scene.back.plies > 0 { WarpAndWeft::of(&scene.all_of_back(), dt, unit) } else { front },
             plies: scene.arrangement(),
-            growth: if scene.is_curved() { scene.ply_gap() / scene.sheet.radius } else { 0.0 },
+            growth: if Feature::Curved.is_in(scene) { scene.ply_gap() / scene.sheet.radius } else { 0.0 },
             casing: Cylinder::of(scene),
-            grip: if slips { scene.attachment.grip / scene.sheet.spacing } else { LET_GO },
         }
+    }
+
+    /// The case that a ring lies on.
+    #[inline(always)]
+    pub(crate) fn case(&self) -> Option<&Cylinder> {
+        if casing::IS_BUILT { self.casing.as_ref() } else { None }
     }
 
     /// Constants of segments along x and along y in a ply, which may be turned by 90 degrees.

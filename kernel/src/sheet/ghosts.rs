@@ -8,8 +8,8 @@ use crate::sheet::symmetry::Line;
 /// Ghost column of one row, at rest: only displacements, the first three planes, are read.
 pub(crate) fn place_ghost_column<const P: usize>(row: &mut [Chunk<P>], line: Line) {
     let place = line.modelled();
-    let (node, turned) = line.node(place);
-    for (plane, sign) in [(0, if turned { -1.0 } else { 1.0 }), (1, 1.0), (2, 1.0)] {
+    let (node, mirrored) = line.node(place);
+    for (plane, sign) in [(0, if mirrored { -1.0 } else { 1.0 }), (1, 1.0), (2, 1.0)] {
         let value = planes::get(row, plane, node).unwrap_or(0.0);
         planes::set(row, plane, place, sign * value);
         planes::set(row, SPEED_X + plane, place, 0.0);

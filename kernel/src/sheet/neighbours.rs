@@ -3,7 +3,7 @@
 use crate::ground::lanes::{Lane, at};
 use crate::ground::planes::{Axis, CHUNK, Chunk, HOT_PLANES, vertical_axes};
 use crate::sheet::columns::{COLUMN_PLANES, NORMAL_X, NORMAL_Z};
-use crate::sheet::ring::own_axes;
+use crate::sheet::ring::column_axes;
 
 /// Chunk above the top row and to the right of the last chunk: nothing that moves, held by segments of no
 /// stiffness.
@@ -20,7 +20,7 @@ pub(crate) fn own<L: Lane>(
 ) -> [L; 3] {
     let sheets = [at(chunk, first, g), at(chunk, first + 1, g), at(chunk, first + 2, g)];
     match hoop {
-        Some(hoop) => own_axes(sheets, [at(hoop, NORMAL_X, g), at(hoop, NORMAL_Z, g)]),
+        Some(hoop) => column_axes(sheets, [at(hoop, NORMAL_X, g), at(hoop, NORMAL_Z, g)]),
         None => sheets,
     }
 }

@@ -20,6 +20,7 @@ use crate::ground::error::{Code, Error};
 use crate::ground::lanes::Lane;
 use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, Chunk};
+use crate::scene::features::Feature;
 use crate::scene::parts::{Attachment, AttachmentKind, Casing, Projectile, Scene, Shape, Sheet, Yarn};
 use crate::sheet::columns::{
     self, CHORD, CHORD_Z, COLUMN_PLANES, INVERSE_SQUARE, INVERSE_WIDTH, NORMAL_X, NORMAL_Z, PLACE, PLACE_Z, SEGMENTS,
@@ -48,11 +49,11 @@ pub struct Hoop {
 impl Hoop {
     /// That of a scene; None of a flat sheet.
     pub fn of(scene: &Scene) -> Option<Hoop> {
-        if !scene.is_curved() {
+        if !Feature::Curved.is_in(scene) {
             return None;
         }
         let nodes = scene.sheet.nodes_x;
-        if scene.is_closed() {
+        if Feature::Closed.is_in(scene) {
             return Some(Hoop { radius: closed_radius(nodes), step: 2.0 * PI / f64::from(nodes), nodes });
         }
         let radius = scene.sheet.radius / scene.sheet.spacing;
@@ -114,7 +115,7 @@ fn closed_radius(nodes: u32) -> f64 {
 
 /// A vector in the axes of a column with this normal: along the hoop, along the axis, and outwards.
 #[inline(always)]
-pub fn own_axes<L: Lane>([x, y, z]: [L; 3], [sine, cosine]: [L; 2]) -> [L; 3] {
+pub fn column_axes<L: Lane>([x, y, z]: [L; 3], [sine, cosine]: [L; 2]) -> [L; 3] {
     [cosine.mul(x).sub(sine.mul(z)), y, sine.mul(x).add(cosine.mul(z))]
 }
 
@@ -196,8 +197,8 @@ impl Scene {
     /// Radius, and how the ends are held, of a curved sheet.
     pub(crate) fn check_curve(&self) -> Result<(), Error> {
         let (radius, kind) = (self.sheet.radius, self.attachment.kind);
-        if !self.is_curved() {
-            return if self.is_closed() {
+        if !Feature::Curved.is_in(self) {
+            return if Feature::Closed.is_in(self) {
                 Err(Error::new(Code::NotPositive, "sheet.radius", radius, 0.0).from("sheet.closed"))
             } else {
                 Ok(())
@@ -214,11 +215,11 @@ impl Scene {
             return Err(Error::new(Code::OutOfRange, "sheet.radius", radius, limit).from("sheet.spacing"));
         }
         let off = radius - closes;
-        if off < -CLOSES * closes || self.is_closed() && off > CLOSES * closes {
+        if off < -CLOSES * closes || Feature::Closed.is_in(self) && off > CLOSES * closes {
             return Err(Error::new(Code::OutOfRange, "sheet.radius", radius, closes).from("sheet.nodes_x"));
         }
-        if kind == AttachmentKind::FourCorners || self.is_closed() && kind == AttachmentKind::TwoSides {
-            let with = if self.is_closed() { "sheet.closed" } else { "sheet.radius" };
+        if kind == AttachmentKind::FourCorners || Feature::Closed.is_in(self) && kind == AttachmentKind::TwoSides {
+            let with = if Feature::Closed.is_in(self) { "sheet.closed" } else { "sheet.radius" };
             return Err(Error::beside("attachment.kind", with));
         }
         if self.viscosity()[2] != 0.0 {

@@ -132,14 +132,14 @@ impl Symmetry {
             across.norm() <= 1e-9 * scale
         };
         let q = body.orientation;
-        let turn = Vector::new(q.i, q.j, q.k);
+        let rotation = Vector::new(q.i, q.j, q.k);
         // Half a turn about any axis of the sheet maps a body with these planes onto itself: (w, x, y, z)
         // with one entry +-1.
         let plain = [q.w, q.i, q.j, q.k].iter().all(|&c| c * c <= 1e-18 || c * c >= 1.0 - 1e-9);
         for (sound, field, size) in [
             (close(&body.position, &force, spacing), "projectile.position", body.position.norm()),
             (close(&body.velocity, &force, body.velocity.norm()), "projectile.velocity", body.velocity.norm()),
-            (plain || close(&turn, &torque, 1.0), "projectile.orientation", turn.norm()),
+            (plain || close(&rotation, &torque, 1.0), "projectile.orientation", rotation.norm()),
             (
                 close(&body.angular_velocity, &torque, body.angular_velocity.norm()),
                 "projectile.angular_velocity",
@@ -159,8 +159,8 @@ impl Symmetry {
         body.velocity.component_mul_assign(&force);
         body.angular_velocity.component_mul_assign(&torque);
         if !plain {
-            let turn = turn.component_mul(&torque);
-            (body.orientation.i, body.orientation.j, body.orientation.k) = (turn.x, turn.y, turn.z);
+            let rotation = rotation.component_mul(&torque);
+            (body.orientation.i, body.orientation.j, body.orientation.k) = (rotation.x, rotation.y, rotation.z);
         }
         Ok(())
     }

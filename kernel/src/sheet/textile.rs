@@ -258,8 +258,8 @@ impl Scene {
             strongest = math::min(1.0 + (critical_stretch - 1.0) * factor, CRITICAL_STRETCH_MAX);
         }
         [yarn.viscosity_linear, yarn.viscosity_quadratic, yarn.viscosity_bending] = viscosity_at(strongest);
-        self.slack_balance = self.sheet.crimp != [0.0; 2] && !self.depends_on_rate();
-        if self.is_curved() {
+        self.slack_balance = self.sheet.crimp != [0.0; 2] && !Feature::Rate.is_in(self);
+        if Feature::Curved.is_in(self) {
             self.yarn.viscosity_bending = 0.0;
         }
         Ok(())

@@ -10,6 +10,7 @@
 
 use crate::ground::math;
 use crate::ground::planes::Axis;
+use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Scene};
 use crate::sheet::places::Places;
 
@@ -66,7 +67,7 @@ pub(crate) fn runs_among(scene: &Scene, places: &[Places; 2], j: usize) -> Fixed
         AttachmentKind::TwoSides => sides,
         AttachmentKind::FourSides if j == 0 || j == last_row => [[0, nx], [0, 0]],
         // A ring has no edge along its rows.
-        AttachmentKind::FourSides if scene.is_closed() => [[0, 0], [0, 0]],
+        AttachmentKind::FourSides if Feature::Closed.is_in(scene) => [[0, 0], [0, 0]],
         AttachmentKind::FourSides => sides,
         AttachmentKind::FourCorners => corner_runs(scene, places, j),
     }

@@ -12,7 +12,7 @@ use crate::memory::network::Network;
 use crate::memory::state::{COUNT_MAX, State, Visitor};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::sheet::clamp::LET_GO;
+use crate::sheet::clamp::{self, LET_GO};
 use crate::sheet::weave::in_runs;
 use crate::sim::simulation::Sim;
 use crate::sim::snapshot::header;
@@ -150,9 +150,10 @@ fn can_be(network: &Network<'_>, j: usize, place: NumberPlace, number: f64) -> b
         Array::Hot => {
             let held = || network.arrays.rows.runs.get(j).is_some_and(|run| in_runs(run, place.i));
             let moves = place.plane >= SPEED_X && number != 0.0;
-            number.abs() <= LARGEST_MOTION && !(moves && !network.layout.has(Feature::Clamps) && held())
+            let slides = || clamp::at(network.arrays.rows.clamps, 0).is_some();
+            number.abs() <= LARGEST_MOTION && !(moves && !slides() && held())
         }
-        Array::Slid => (-LARGEST_MOTION..=LARGEST_MOTION).contains(&number) || number == LET_GO,
+        Array::Clamps => (-LARGEST_MOTION..=LARGEST_MOTION).contains(&number) || number == LET_GO,
         Array::Past | Array::EnergyError => number.abs() <= LOST,
         Array::History => {
             let axis = if place.plane == 0 { Axis::Horizontal } else { Axis::Vertical };

@@ -20,17 +20,18 @@ use crate::memory::system::System;
 use crate::memory::watch::{FirstContact, Latch, Outcome, OutcomeSet};
 use crate::scene::features::Feature;
 use crate::scene::parts::{AttachmentKind, Scene, StepLimits};
+use crate::sheet::clamp::Clamps;
 use crate::sheet::direction::Directions;
 use crate::sim::start;
 use crate::step::bands::Bands;
 use crate::step::blocks;
 use crate::step::energy::{self, Energy, Ply};
-use crate::step::forces;
 use crate::step::one_step;
 use crate::step::pieces::Pieces;
 use crate::step::readout::GreatestOfRow;
-use crate::step::rows::schedule;
+use crate::step::schedule;
 use crate::step::slip::{self, Slip};
+use crate::sweep::forces;
 use crate::yarn::law;
 use core::mem::MaybeUninit;
 
@@ -203,6 +204,7 @@ impl<'a> Sim<'a> {
         system.network.model = Model::of(scene, limits, &system.solid);
         system.state = State::at_start(start::place_body(scene, &system.network.model, &system.solid)?);
         system.network.directions = Directions::of(scene, limits.dt);
+        system.network.clamps = Clamps::of(scene, system.network.model.window_steps);
         system.network.fetches = system.network.layout.exceeds_caches();
         system.network.instructions = InstructionSet::widest();
         system.network.block_steps = schedule::block_steps(&system.network.layout, system.network.instructions);
@@ -473,10 +475,10 @@ impl<'a> Sim<'a> {
         };
         Ok(Support {
             attachments: sums.support.map(&mut impulse_out),
-            casing: impulse_out(sums.casing),
+            casing: impulse_out(sums.casing.impulse),
             total: model.pose.vector_out(total.into()),
-            force: sums.support_force,
-            let_go: sums.let_go.map(|step| step as f64 * model.limits.dt),
+            force: sums.clamps.support_force,
+            let_go: sums.clamps.let_go.map(|step| step as f64 * model.limits.dt),
         })
     }
 

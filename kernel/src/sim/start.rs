@@ -13,13 +13,13 @@ use crate::memory::model::{Model, start_motion};
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::scene::parts::{Scene, StepLimits};
-use crate::sheet::check::LOOKED_AT;
 use crate::sheet::places::Places;
 use crate::sheet::ring::Hoop;
+use crate::sheet::step_limit::LOOKED_AT;
 use crate::sheet::weave::{self, in_runs};
 use crate::step::energy;
-use crate::step::forces;
 use crate::step::one_step;
+use crate::sweep::forces;
 use crate::yarn::law::twice_strain_at;
 
 /// Largest stretch that a segment may be given beforehand; its square is far from overflow.
@@ -90,7 +90,7 @@ fn refuse_overlap(scene: &Scene, solid: &Solid, body: &Body, most: u64) -> Resul
     let places = Places::both(scene);
     let search = Search::new(solid, body, scene.sheet.spacing, scene.largest_spacing());
     let (movable, [columns, rows, plies]) = (scene.is_free(), search.box_at_rest(scene, &places));
-    let (columns, plies) = if scene.is_curved() {
+    let (columns, plies) = if Feature::Curved.is_in(scene) {
         (0..places[0].nodes() as usize, 0..scene.stack.plies as usize)
     } else {
         (columns, plies)
@@ -158,7 +158,7 @@ pub(crate) fn set_motion(system: &mut System<'_>, positions: &[f64], velocities:
     let height = |k: usize, point: &[f64; 3]| {
         let [_, _, height] = system
             .network
-            .own_axes(system.network.layout.column_and_row(k).0, system.network.model.pose.point_in(*point));
+            .column_axes(system.network.layout.column_and_row(k).0, system.network.model.pose.point_in(*point));
         height
     };
     for (k, (below, above)) in points.iter().zip(points.iter().skip(nodes_of_ply)).enumerate() {

@@ -1,4 +1,4 @@
-//! A block of steps on one thread, in the order of `rows/schedule.rs`, and what it has in common with one in
+//! A block of steps on one thread, in the order of `step/schedule.rs`, and what it has in common with one in
 //! bands.
 //!
 //! Limits: after a failure in a block rows may be ahead of the step that is counted, and another failure of
@@ -12,11 +12,11 @@ use crate::ground::planes::{CARRY_PLANES, CHUNK};
 use crate::memory::arrays::StepScratch;
 use crate::memory::network::Network;
 use crate::memory::system::System;
-use crate::sheet::segments::Report;
 use crate::step::one_step;
-use crate::step::rows::accounts;
-use crate::step::rows::schedule::Block;
-use crate::step::rows::whole;
+use crate::step::schedule::Block;
+use crate::step::whole;
+use crate::sweep::accounts;
+use crate::sweep::segments::Report;
 
 /// Takes a block of steps, if `most` steps allow one now: how many, or 0.
 #[inline(never)]

@@ -19,7 +19,7 @@ use crate::scene::features::Feature;
 use crate::sheet::direction::{Direction, PlyDirections};
 use crate::sheet::neighbours::Around;
 use crate::step::readout::around;
-use crate::step::rows::viscosity;
+use crate::sweep::moments;
 use crate::yarn::law::{self, Segment};
 use crate::yarn::rate::RateLaw;
 
@@ -73,7 +73,7 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
     let prescribed = !network.scene.is_free();
     let (fabric_kinetic, strain, dissipated) = energy_of_rows(network, state.sums.loaded, [0, network.layout.nodes_y]);
     let projectile_kinetic = state.body.kinetic_energy(&network.model.inertia);
-    let viscous = sums.viscous + viscosity::uncounted_dissipation(network);
+    let viscous = sums.viscous + moments::uncounted_dissipation(network);
     let total = fabric_kinetic
         + strain
         + dissipated
@@ -81,8 +81,8 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         + sums.friction
         + sums.ply_loss
         + sums.loss
-        + sums.casing_loss
-        + sums.attachment;
+        + sums.casing.loss
+        + sums.clamps.dissipated;
     let residual = if prescribed {
         total - sums.work - sums.first_energy
     } else {
@@ -101,8 +101,8 @@ pub(crate) fn energy(system: &System<'_>) -> Result<Energy, Failure> {
         friction: sums.friction,
         ply_loss: sums.ply_loss,
         support_work: sums.support_work,
-        casing_loss: sums.casing_loss,
-        attachment: sums.attachment,
+        casing_loss: sums.casing.loss,
+        attachment: sums.clamps.dissipated,
         gained: sums.gained,
     })
 }
@@ -117,7 +117,7 @@ pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure
         // The body's reaction is the load the fabric received.
         balance += sums.impulse;
     }
-    for support in sums.support.iter().chain([&sums.casing]) {
+    for support in sums.support.iter().chain([&sums.casing.impulse]) {
         balance += support * network.model.unit_impulse;
     }
     Ok(network.model.pose.vector_out(balance.into()))
@@ -125,7 +125,7 @@ pub(crate) fn momentum_residual(system: &System<'_>) -> Result<[f64; 3], Failure
 
 /// Starts the audit, and what viscosity keeps, from the present state.
 pub(crate) fn start_audit(network: &mut Network<'_>, state: &mut State) {
-    viscosity::start(network);
+    moments::start(network);
     let (kinetic, strain, dissipated) = energy_of_rows(network, state.sums.loaded, [0, network.layout.nodes_y]);
     let mut energy = kinetic + strain + dissipated;
     if network.scene.is_free() {

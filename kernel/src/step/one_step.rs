@@ -26,15 +26,15 @@ use crate::memory::system::System;
 use crate::memory::watch::Outcome;
 use crate::scene::features::Feature;
 use crate::scene::parts::Symmetry;
-use crate::sheet::clamp::LET_GO;
-use crate::sheet::segments::Report;
-use crate::sheet::slack::SEARCH_INTERVAL;
+use crate::sheet::clamp::{self, LET_GO, SLID};
 use crate::sheet::weave::ATTACHMENTS;
 use crate::step::motion;
 use crate::step::outcome::{self, TEST_INTERVAL};
-use crate::step::rows::whole;
 use crate::step::slackness;
 use crate::step::theta;
+use crate::step::whole;
+use crate::sweep::segments::Report;
+use crate::sweep::slack::SEARCH_INTERVAL;
 
 /// Takes one step. A projectile that is too fast and too many candidates are found before anything is
 /// changed.
@@ -116,7 +116,7 @@ pub(crate) fn apply_contact_and_move_body(
     let System { network, state, .. } = &mut *system;
     let at_start = state.body;
     let [on_body, friction, plies, case, _] = gathered.losses;
-    let clamps = state.sums.attachment;
+    let clamps = state.sums.clamps.dissipated;
     let target = motion::prescribe_twist(network, state);
     if network.layout.has(Feature::Theta) {
         theta::iterate(system, gathered, &at_start)?;
@@ -126,7 +126,7 @@ pub(crate) fn apply_contact_and_move_body(
     let State { sums, .. } = &mut system.state;
     if system.network.layout.has.share_losses() {
         // A block has not yet added up what the clamps of all rows have dissipated in this step.
-        let pushed = core::mem::take(&mut sums.clamp_work);
+        let pushed = core::mem::take(&mut sums.work_of_pushed);
         sums.share_losses([on_body, friction, plies, case, clamps - pushed]);
     }
     move_body_and_check(&system.network, &mut system.state, gathered, target)
@@ -153,13 +153,11 @@ fn apply_contact_and_load(
     let is_stack = network.layout.is_stack();
     let early = is_stack.then(|| EarlyRows::of(network, contacts.found(count)));
     if count > 0 {
-        if network.layout.has(Feature::Clamps) {
+        if clamp::at(network.arrays.rows.clamps, 0).is_some() {
             apply::let_driven_nodes_go(network, &mut state.sums, contacts.found(count));
         }
         search::add_free_velocity(network, contacts, count);
-        if network.layout.has(Feature::Casing) {
-            count = backing::back_by_case(network, contacts, &state.body.twist(), count);
-        }
+        count = backing::back_by_case(network, contacts, &state.body.twist(), count);
         let edges = Edges { network, solid, body: &state.body };
         let kept = edges.set_aside(contacts, count, gathered.deepest);
         let (solved, _) = if is_stack {
@@ -193,7 +191,7 @@ fn close_window(network: &mut Network<'_>, state: &mut State) {
     let mean = math::length([w.x, w.y, w.z]) / (network.model.window_steps as f64 * network.model.limits.dt);
     sums.force_peak = math::max(mean, sums.force_peak);
     sums.window = Vector::zeros();
-    if network.layout.has(Feature::Clamps) {
+    if network.clamps.are_tested(state.step, state.step + 1) {
         test_attachments(network, state);
     }
 }
@@ -202,16 +200,17 @@ fn close_window(network: &mut Network<'_>, state: &mut State) {
 /// strength.
 #[inline(never)]
 fn test_attachments(network: &mut Network<'_>, state: &mut State) {
-    let (step, strength) = (state.step, network.scene.attachment.strength);
+    let (step, strength) = (state.step, network.clamps.strength);
     let unit = network.model.unit_impulse / (network.model.window_steps as f64 * network.model.limits.dt);
     let sums = &mut state.sums;
     let mut lets_go = [false; ATTACHMENTS];
     for (at, lets_go) in lets_go.iter_mut().enumerate() {
-        let impulse = sums.support[at] - sums.window_support[at];
-        sums.window_support[at] = sums.support[at];
-        sums.support_force[at] = math::length(impulse.into()) * unit;
-        *lets_go = strength > 0.0 && sums.let_go[at] == 0 && sums.support_force[at] > strength;
-        sums.let_go[at] = if *lets_go { step } else { sums.let_go[at] };
+        let (support, clamps) = (sums.support[at], &mut sums.clamps);
+        let impulse = support - clamps.window_support[at];
+        clamps.window_support[at] = support;
+        clamps.support_force[at] = math::length(impulse.into()) * unit;
+        *lets_go = strength > 0.0 && clamps.let_go[at] == 0 && clamps.support_force[at] > strength;
+        clamps.let_go[at] = if *lets_go { step } else { clamps.let_go[at] };
     }
     if lets_go == [false; ATTACHMENTS] {
         return;
@@ -221,8 +220,8 @@ fn test_attachments(network: &mut Network<'_>, state: &mut State) {
     for (i, j) in network.nodes() {
         if network.arrays.rows.is_attached([i, j]) && lets_go.get(network.attachment_of(i, j)) == Some(&true) {
             let place = j * network.layout.chunks + i / CHUNK;
-            if let Some(slid) = network.arrays.rows.slid.get_mut(place) {
-                slid[i % CHUNK] = LET_GO;
+            if let Some(chunk) = clamp::at_mut(network.arrays.rows.clamps, place) {
+                chunk[SLID][i % CHUNK] = LET_GO;
             }
         }
     }

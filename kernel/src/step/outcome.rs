@@ -41,7 +41,7 @@ pub const TEST_INTERVAL: u64 = 64;
 pub const SETTLED_PART: f64 = 0.0025;
 /// "Through": the body's energy must be so many times what the held yarn ahead would take if it went on to
 /// resist as lately. Chosen, with the other numbers of [`is_through`], on 1,160 shots, and checked on others:
-/// docs/tables/through.md.
+/// `python -m evidence through`.
 const THROUGH_MARGIN: f64 = 3.0;
 /// Least travel between two tests of "through", in spacings and in R: over less, resistance is that of single
 /// nodes. Chosen as [`THROUGH_MARGIN`].
@@ -421,22 +421,21 @@ fn held_is_clear(network: &Network<'_>, pieces: &Pieces, flight: &Flight, course
 /// the usual case while the body is in the sheet, found without joining nodes.
 fn whole_yarn_is_in_the_way(network: &Network<'_>, flight: &Flight) -> bool {
     let mut held = Held::NOTHING;
-    if network.layout.has(Feature::Clamps) {
-        return false; // A run of held nodes may have gaps.
-    }
     // Farther away whole yarn is seldom in the way, and looking at it would take as long as joining all
     // nodes.
     let near = |j: &usize| distance(network, flight, *j) <= 2.0 * flight.reach;
     rows_from(network, flight).take_while(near).any(|j| {
         let live = |i: usize| is_live(network, Axis::Horizontal, i, j);
+        // A clamp may have let go of it.
+        let holds = |i: usize| network.is_fixed(i, j);
         let [_, left_end, right, right_end] =
             network.arrays.rows.runs.get(j).map_or([0; 4], |run| run.map(|i| i as usize));
         let mut whole = left_end;
-        while left_end > 0 && whole < network.layout.nodes_x && live(whole - 1) {
+        while left_end > 0 && holds(left_end - 1) && whole < network.layout.nodes_x && live(whole - 1) {
             held.include(network, flight, whole, j);
             whole += 1;
         }
-        for i in (whole..right).rev().take_while(|&i| right < right_end && live(i)) {
+        for i in (whole..right).rev().take_while(|&i| right < right_end && holds(right) && live(i)) {
             held.include(network, flight, i, j);
         }
         !held.is_clear(network, flight)
@@ -517,7 +516,7 @@ fn lies_ahead(network: &Network<'_>, piece: usize, flight: &Flight) -> bool {
 /// Whether some node was touched since the last test, and no live path joins one to a node that is held.
 fn contact_is_detached(network: &mut Network<'_>, has_failed: bool) -> bool {
     let can_be = network.layout.has(Feature::Detachment) && network.scene.attachment.kind != AttachmentKind::Free;
-    let watched = can_be && (has_failed || network.layout.has(Feature::Clamps));
+    let watched = can_be && (has_failed || network.have_clamps_let_go());
     if !watched || network.arrays.flags.iter().all(|&f| f == 0) || held_by_a_straight_yarn(network) {
         return false;
     }

@@ -27,7 +27,7 @@ impl Pieces {
     /// which clamps may have let go of; later, without labels, none is known to be loose.
     pub fn of(network: &mut Network<'_>, has_failed: bool) -> Pieces {
         let layout = network.layout;
-        let several = has_failed || layout.is_stack() || layout.has(Feature::Clamps);
+        let several = has_failed || layout.is_stack() || network.have_clamps_let_go();
         let labelled = several && layout.has(Feature::Detachment);
         let support = if labelled { join_nodes(network) } else { None };
         let held = network.scene.attachment.kind != AttachmentKind::Free || !layout.has(Feature::Detachment);
@@ -72,8 +72,8 @@ fn is_live_in(row: &[Chunk<HOT_PLANES>], axis: Axis, i: usize) -> bool {
 /// as joined. Gives the label of the fixed nodes, if there are any.
 pub(super) fn join_nodes(network: &mut Network<'_>) -> Option<usize> {
     let (nx, ny, chunks) = (network.layout.nodes_x, network.layout.nodes_y, network.layout.chunks);
-    let grip = network.directions.grip;
-    let Arrays { rows: RowArrays { hot, runs, slid, .. }, shared, .. } = &mut network.arrays;
+    let grip = network.clamps.grip;
+    let Arrays { rows: RowArrays { hot, runs, clamps, .. }, shared, .. } = &mut network.arrays;
     let mut sets = Components::new(CacheLine::words(shared).get_mut(..nx * ny).unwrap_or_default());
     join_live_segments(&mut sets, hot, chunks, [nx, ny]);
     if network.layout.x.is_closed() {
@@ -85,7 +85,7 @@ pub(super) fn join_nodes(network: &mut Network<'_>) -> Option<usize> {
     let mut support = None;
     for (j, run) in runs.iter().enumerate() {
         for i in (run[0]..run[1]).chain(run[2]..run[3]).map(|i| i as usize) {
-            if slid_by(slid, j * chunks + i / CHUNK, i % CHUNK) >= grip {
+            if slid_by(clamps, j * chunks + i / CHUNK, i % CHUNK) >= grip {
                 continue;
             }
             let k = j * nx + i;

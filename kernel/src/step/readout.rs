@@ -11,7 +11,7 @@ use crate::ground::math;
 use crate::ground::planes::{self, Axis, CHUNK, X};
 use crate::memory::network::Network;
 use crate::sheet::neighbours::Around;
-use crate::sheet::sweep::greatest;
+use crate::sweep::pass::greatest;
 
 /// Chunk c of row j; None next to a mirror plane, in the coarse part of a graded network and of a curved
 /// sheet.

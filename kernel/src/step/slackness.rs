@@ -1,5 +1,5 @@
 //! Search for rows with slack segments: from then on a row keeps the energy errors of its segments
-//! (`sheet/slack.rs`).
+//! (`sweep/slack.rs`).
 //!
 //! Method: every 16 steps each row that is stepped is tested, direction by direction; a direction that has
 //! been slack once stays noted.
@@ -10,8 +10,9 @@ use crate::ground::lanes;
 use crate::ground::planes::{self, Axis};
 use crate::memory::network::Network;
 use crate::sheet::columns::{Geometry, Table};
+use crate::sheet::energy_error::bit;
 use crate::sheet::ghosts::place_ghost_column;
-use crate::sheet::slack::{FindSlack, bit};
+use crate::sweep::slack::FindSlack;
 
 /// The bits of a row in which both directions have been slack.
 const ALL: u32 = bit(Axis::Horizontal) | bit(Axis::Vertical);

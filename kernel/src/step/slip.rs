@@ -20,7 +20,7 @@ use crate::ground::planes::Axis;
 use crate::memory::network::Network;
 use crate::memory::system::System;
 use crate::scene::features::Feature;
-use crate::step::forces::forces_from;
+use crate::sweep::forces::forces_from;
 
 /// Distances from the projectile, in spacings, within which crossings are counted.
 const NEAR: [f64; 3] = [5.0, 10.0, f64::INFINITY];

@@ -35,11 +35,11 @@ use crate::scene::parts::Integrator;
 use crate::sheet::columns::Net;
 use crate::sheet::ghosts::{place_ghost_column, place_ghost_row};
 use crate::sheet::neighbours::{Around, NOTHING};
-use crate::sheet::segments::per_mass;
-use crate::sheet::sweep::Peek;
 use crate::sheet::weave::in_runs;
 use crate::step::motion;
-use crate::step::rows::terms::Terms;
+use crate::sweep::pass::{ChunkState, RowForces};
+use crate::sweep::segments::per_mass;
+use crate::sweep::terms::Terms;
 use crate::yarn::law::Damage;
 use crate::yarn::rate::Rates;
 
@@ -176,7 +176,7 @@ fn guess(network: &mut Network<'_>, rule: Integrator) -> f64 {
 /// Accelerations at the guess, with damage from the history at t_n, by the sweep's evaluator of forces. false
 /// if the state would be lost.
 fn forces_at_guess(network: &mut Network<'_>) -> bool {
-    let Network { layout, directions, arrays, instructions, .. } = network;
+    let Network { layout, directions, clamps, arrays, instructions, .. } = network;
     let (chunks, rates) = (layout.chunks, Rates::NONE);
     let Arrays { rows: RowArrays { hot, history, yarn, strength, iterate, .. }, shared, columns, lines, .. } = arrays;
     let StepScratch { carries: carry, .. } = StepScratch::of(shared, layout);
@@ -188,7 +188,8 @@ fn forces_at_guess(network: &mut Network<'_>) -> bool {
     }
     carry.fill([[0.0; CHUNK]; CARRY_PLANES]);
     let net = Net { columns, lines };
-    let terms = Terms { layout, directions, rates: &rates, fetches: false, instructions: *instructions };
+    let terms =
+        Terms { layout, directions, clamps: *clamps, rates: &rates, fetches: false, instructions: *instructions };
     let (pass, mut sound) = (terms.pass(net, 0), true);
     let (mut here, mut right, mut over) = (NOTHING, NOTHING, NOTHING);
     let (mut along, mut up) = ([[0.0; CHUNK]; 3], [[0.0; CHUNK]; 3]);
@@ -197,15 +198,15 @@ fn forces_at_guess(network: &mut Network<'_>) -> bool {
         let (row, above) = (planes::row_mut(below, chunks, j), planes::row(above, chunks, 0));
         let rows = planes::row(hot, chunks, j).iter().zip(planes::row(history, chunks, j));
         let yarn = terms.yarn_row(yarn, strength, j, 0);
-        let mut peek = Peek::of(&pass, j, &yarn, layout.has_verticals(j));
+        let mut forces = RowForces::of(&pass, j, &yarn, layout.has_verticals(j));
         let mut left = [0.0; 3];
         for (c, (hot, history)) in rows.enumerate() {
             set_guessed(&mut here, row.get(c), Some(hot));
             set_guessed(&mut right, row.get(c + 1), None);
             set_guessed(&mut over, above.get(c), None);
             let around = Around { here: &here, right: &right, above: &over };
-            peek.all(c, &around, history, &mut (), [&mut along, &mut up]);
-            sound &= !peek.is_lost();
+            forces.all(c, &around, history, ChunkState::NONE, [&mut along, &mut up]);
+            sound &= !forces.is_lost();
             let (Some(chunk), Some(carry)) = (row.get_mut(c), carry.get_mut(c)) else { break };
             for lane in 0..CHUNK.min(layout.nodes_x.saturating_sub(c * CHUNK)) {
                 let widths = net.inverse_widths(c * CHUNK + lane, j);

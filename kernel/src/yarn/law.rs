@@ -166,7 +166,7 @@ pub struct RestLanes<L> {
 impl<L: Lane> RestLanes<L> {
     /// Segments with another rest vector.
     #[inline(always)]
-    pub fn turned(self, chord: [L; 2]) -> RestLanes<L> {
+    pub fn rotated(self, chord: [L; 2]) -> RestLanes<L> {
         RestLanes { chord, twice_chord: [chord[0].add(chord[0]), chord[1].add(chord[1])], ..self }
     }
 

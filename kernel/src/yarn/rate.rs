@@ -75,7 +75,7 @@ impl RateLaw {
 
     /// The law of a scene for segments with this q in the flat sheet, at no time yet.
     pub fn of(scene: &Scene, rest: f64) -> RateLaw {
-        if !scene.depends_on_rate() {
+        if !Feature::Rate.is_in(scene) {
             return RateLaw::NONE;
         }
         let yarn = &scene.yarn;

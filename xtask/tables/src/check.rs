@@ -4,7 +4,7 @@ use object::read::macho::{LoadCommandVariant, MachOFile64};
 use object::{Endianness, NameOrOrdinal, Object, ObjectSection, macho};
 use std::collections::BTreeSet;
 use xtask::targets::{BINDER, FROM_LINUX, FROM_MACOS, LIBSYSTEM, MACOS, Target, of};
-use xtask::tools::{Outcome, version};
+use xtask::tools::{Context as _, Outcome, ensure, shell, version};
 
 /// The libraries it may ask of Windows; what of them depends on the linker's own start-up code, mathematics
 /// excepted.
@@ -20,13 +20,11 @@ const GLIBC: (u32, u32) = (2, 17);
 pub fn run(libraries: &[&str]) -> Outcome {
     let mut functions = BTreeSet::new();
     for library in libraries {
-        let (triple, path) = library.split_once('=').ok_or("TRIPLE=FILE is wanted")?;
+        let (triple, path) = library.split_once('=').context("TRIPLE=FILE is wanted")?;
         let platform = of(triple)?;
-        let (exported, said) = check(platform, path).map_err(|what| format!("{path}: {what}"))?;
+        let (exported, said) = check(platform, path).with_context(|| path.to_string())?;
         println!("  {}: {said}", platform.fmu[0]);
-        if !functions.is_empty() && functions != exported {
-            return Err(format!("{path} does not export what the others do"));
-        }
+        ensure!(functions.is_empty() || functions == exported, "{path} does not export what the others do");
         functions = exported;
     }
     Ok(())
@@ -34,29 +32,27 @@ pub fn run(libraries: &[&str]) -> Outcome {
 
 /// The exported functions, and a line about the library; an error if it exports or imports what it should
 /// not.
-fn check(platform: &Target, path: &str) -> Result<(BTreeSet<String>, String), String> {
-    let data = std::fs::read(path).map_err(|error| error.to_string())?;
+fn check(platform: &Target, path: &str) -> Outcome<(BTreeSet<String>, String)> {
+    let data = shell().read_binary_file(path)?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let name = |name: NameOrOrdinal<&[u8]>| match name {
         NameOrOrdinal::Name(name) => text(name),
         NameOrOrdinal::Ordinal(number) => format!("number {number}"),
     };
-    let file = object::File::parse(&*data).map_err(|error| error.to_string())?;
+    let file = object::File::parse(&*data)?;
     let kind = platform.extension;
     // Names in C begin so in the files of macOS.
     let underscore = if kind == "dylib" { "_" } else { "" };
     let mut exported = BTreeSet::new();
-    for export in file.exports().map_err(|error| error.to_string())? {
-        let export = name(export.map_err(|error| error.to_string())?.name());
+    for export in file.exports()? {
+        let export = name(export?.name());
         exported.insert(export.strip_prefix(underscore).unwrap_or(&export).to_string());
     }
-    if exported.len() != FUNCTIONS || !exported.iter().all(|name| name.starts_with("fmi2") || name.starts_with("fmi3"))
-    {
-        return Err(format!("exports {} symbols instead of the {FUNCTIONS} functions: {exported:?}", exported.len()));
-    }
+    let fmi = exported.iter().filter(|name| name.starts_with("fmi2") || name.starts_with("fmi3")).count();
+    ensure!([fmi, exported.len()] == [FUNCTIONS; 2], "exports not the {FUNCTIONS} functions but {exported:?}");
     let mut needs = BTreeSet::new();
-    for import in file.imports().map_err(|error| error.to_string())? {
-        let import = import.map_err(|error| error.to_string())?;
+    for import in file.imports()? {
+        let import = import?;
         let (wanted, from) = (name(import.name()), text(import.library()));
         let allowed = match kind {
             "dll" => FROM_WINDOWS.contains(&&*from) && !MATHEMATICS.contains(&&*wanted),
@@ -67,9 +63,7 @@ fn check(platform: &Target, path: &str) -> Result<(BTreeSet<String>, String), St
             }
             _ => import.is_weak() || FROM_LINUX.contains(&&*wanted),
         };
-        if !allowed {
-            return Err(format!("imports {wanted} {from}"));
-        }
+        ensure!(allowed, "imports {wanted} {from}");
         if kind != "so" {
             needs.insert(from);
         }
@@ -89,11 +83,8 @@ fn check(platform: &Target, path: &str) -> Result<(BTreeSet<String>, String), St
                 needs.insert(word);
             }
         }
-        if floor.is_none_or(|floor| floor > GLIBC) || !needs.iter().eq(["libc.so.6"]) {
-            return Err(format!(
-                "needs {needs:?} with symbols of version {floor:?}, allowed is libc.so.6 up to {GLIBC:?}"
-            ));
-        }
+        let allowed = floor.is_some_and(|floor| floor <= GLIBC) && needs.iter().eq(["libc.so.6"]);
+        ensure!(allowed, "needs {needs:?} with symbols of version {floor:?}, allowed is libc.so.6 up to {GLIBC:?}");
     }
     let needs = needs.into_iter().collect::<Vec<_>>().join(", ");
     let system = if kind == "so" { " of the GNU C library" } else { " of macOS" };
@@ -108,10 +99,10 @@ fn check(platform: &Target, path: &str) -> Result<(BTreeSet<String>, String), St
 fn check_macos(file: &MachOFile64<Endianness>, platform: &Target) -> Outcome {
     let endian = file.endian();
     let (mut oldest, mut own_name, mut needs, mut signed) = (None, None, Vec::new(), false);
-    let mut commands = file.macho_load_commands().map_err(|error| error.to_string())?;
-    while let Some(command) = commands.next().map_err(|error| error.to_string())? {
+    let mut commands = file.macho_load_commands()?;
+    while let Some(command) = commands.next()? {
         let name = |name| command.string(endian, name).map(|name| String::from_utf8_lossy(name).into_owned());
-        match command.variant().map_err(|error| error.to_string())? {
+        match command.variant()? {
             LoadCommandVariant::BuildVersion(version, _) if version.platform.get(endian) == macho::PLATFORM_MACOS => {
                 let packed = version.minos.get(endian).0;
                 oldest = Some((packed >> 16, packed >> 8 & 0xff));
@@ -141,11 +132,8 @@ fn check_macos(file: &MachOFile64<Endianness>, platform: &Target) -> Outcome {
         }
     }
     let named = format!("@rpath/{}", platform.library());
-    if oldest != Some(MACOS) || own_name.as_ref() != Some(&named) || needs != [LIBSYSTEM] {
-        return Err(format!("calls itself {own_name:?}, is for macOS {oldest:?} and needs {needs:?}"));
-    }
-    if platform.triple.starts_with("aarch64") && !signed {
-        return Err("has no ad-hoc signature of all its pages".into());
-    }
+    let right = oldest == Some(MACOS) && own_name.as_ref() == Some(&named) && needs == [LIBSYSTEM];
+    ensure!(right, "calls itself {own_name:?}, is for macOS {oldest:?} and needs {needs:?}");
+    ensure!(signed || !platform.triple.starts_with("aarch64"), "has no ad-hoc signature of all its pages");
     Ok(())
 }

@@ -6,9 +6,8 @@ use fabric_kernel::FEATURES;
 use fabric_tests::golden::SCENES;
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use xtask::targets::{FROM_HOST, FROM_LINUX, undefined};
-use xtask::tools::{Outcome, cargo, cargo_program, sources, target, top, wait};
+use xtask::tools::{Context as _, Outcome, ensure, sh, shell, sources, target};
 
 /// All gates on the two libraries.
 pub fn run() -> Outcome {
@@ -39,26 +38,19 @@ pub fn run() -> Outcome {
 /// can be reached from any exported function. It keeps its symbols, and the compiler notes the frame of each
 /// function, which changes no code (but is not a stable feature: hence the variable). Calls of its own
 /// functions do not go through the table of symbols.
-fn linked(package: &str, library: &str, options: &[&str]) -> Result<PathBuf, String> {
+fn linked(package: &str, library: &str, options: &[&str]) -> Outcome<PathBuf> {
     let folder = target().join("gate");
-    let mut command = Command::new(cargo_program());
-    command
-        .args(["rustc", "--quiet", "--profile", "ship", "--package", package, "--lib", "--crate-type", "cdylib"])
-        .args(options)
-        .args(["--features", "gate", "--config", "profile.ship.strip=false", "--target-dir"])
-        .arg(&folder)
-        .env("RUSTC_BOOTSTRAP", "1")
-        .env("RUSTFLAGS", "-Zemit-stack-sizes -Clink-arg=-Wl,-z,defs,-Bsymbolic -Clink-arg=-lc")
-        .current_dir(top());
-    let reached =
-        |what| format!("a panic can be reached in {package} (the linker names the function that needs it): {what}");
-    wait(&mut command).map_err(reached)?;
+    let command = sh!("cargo rustc --quiet --profile ship --package {package} --lib --crate-type cdylib {options...}");
+    let command = command.args(["--features", "gate", "--config", "profile.ship.strip=false", "--target-dir"]);
+    let flags = "-Zemit-stack-sizes -Clink-arg=-Wl,-z,defs,-Bsymbolic -Clink-arg=-lc";
+    let reached = || format!("a panic can be reached in {package} (the linker names the function that needs it)");
+    command.arg(&folder).env("RUSTC_BOOTSTRAP", "1").env("RUSTFLAGS", flags).run().with_context(reached)?;
     Ok(folder.join("ship").join(library))
 }
 
 /// libfabric_kernel with this feature of the kernel only, none if it is empty, or `default,capsule`, which is
 /// all.
-pub fn kernel(feature: &str) -> Result<PathBuf, String> {
+pub fn kernel(feature: &str) -> Outcome<PathBuf> {
     linked("capi-lib", "libfabric_kernel.so", &["--no-default-features", "--features", &of_kernel(feature)])
 }
 
@@ -75,15 +67,15 @@ pub struct Code {
 
 /// Modules that belong to one feature, as mangled names hold them: each part with its length before it.
 const LEFT_OUT: [&str; 6] =
-    ["4step5theta", "4step4rows9viscosity", "4step5bands", "4step6blocks", "4step4slip", "7contact5stack"];
+    ["4step5theta", "5sweep7moments", "4step5bands", "4step6blocks", "4step4slip", "7contact5stack"];
 /// Machine code of the library before features could be left out, bytes; without any it is to be at most a
 /// third of that.
 const ALWAYS_BUILT: u64 = 648_073;
 
 /// What a library holds that has kept its symbols.
-pub fn code(library: &Path) -> Result<Code, String> {
-    let data = std::fs::read(library).map_err(|error| format!("{}: {error}", library.display()))?;
-    let file = object::File::parse(&*data).map_err(|error| format!("{}: {error}", library.display()))?;
+pub fn code(library: &Path) -> Outcome<Code> {
+    let data = shell().read_binary_file(library)?;
+    let file = object::File::parse(&*data).with_context(|| library.display().to_string())?;
     let text = file.sections().filter(|section| section.kind() == SectionKind::Text);
     let names: Vec<&str> = file.symbols().filter_map(|symbol| symbol.name().ok()).collect();
     let held = |module: &&str| names.iter().any(|name| name.contains(&format!("13fabric_kernel{module}")));
@@ -93,13 +85,11 @@ pub fn code(library: &Path) -> Result<Code, String> {
 /// Features that are left out make the library smaller and take their modules along.
 fn features_remove_code(bare: &Code, all: &Code) -> Outcome {
     println!("figure 6: machine code of libfabric_kernel {} bytes, without any feature {}", all.bytes, bare.bytes);
-    if all.modules != LEFT_OUT {
-        return Err(format!("libfabric_kernel has symbols of {:?} only: this gate looks for wrong names", all.modules));
-    }
-    if !bare.modules.is_empty() {
-        return Err(format!("libfabric_kernel without features still holds {:?}", bare.modules));
-    }
-    if 3 * bare.bytes <= ALWAYS_BUILT { Ok(()) } else { Err("more than a third is left without features".into()) }
+    let found = &all.modules;
+    ensure!(found == &LEFT_OUT, "libfabric_kernel has symbols of {found:?} only: this gate looks for wrong names");
+    ensure!(bare.modules.is_empty(), "libfabric_kernel without features still holds {:?}", bare.modules);
+    ensure!(3 * bare.bytes <= ALWAYS_BUILT, "more than a third is left without features");
+    Ok(())
 }
 
 /// The folder and the file of the kernel that may have unsafe code.
@@ -113,22 +103,20 @@ fn unsafe_blocks() -> Outcome {
     let (mut kernel, mut interfaces) = (0, 0);
     for (path, text) in sources(&["kernel/src", "capi", "fmu", "crates/host"])? {
         let count = text.lines().filter(|line| !line.trim_start().starts_with("//")).map(blocks).sum::<usize>();
-        if !path.starts_with("kernel/") {
-            interfaces += count;
-        } else if count > 0 && !UNSAFE_IN_KERNEL.iter().any(|place| path.starts_with(place)) {
-            return Err(format!("{path} has unsafe code; only {UNSAFE_IN_KERNEL:?} may"));
-        } else {
+        if path.starts_with("kernel/") {
+            let may = count == 0 || UNSAFE_IN_KERNEL.iter().any(|place| path.starts_with(place));
+            ensure!(may, "{path} has unsafe code; only {UNSAFE_IN_KERNEL:?} may");
             kernel += count;
+        } else {
+            interfaces += count;
         }
     }
     println!(
         "figure 4: {kernel} blocks in {}, {interfaces} in C interface, FMU and host",
         UNSAFE_IN_KERNEL.join(" and ")
     );
-    if interfaces <= UNSAFE_AT_MOST {
-        return Ok(());
-    }
-    Err(format!("{interfaces} unsafe blocks in C interface, FMU and host; at most {UNSAFE_AT_MOST} are allowed"))
+    ensure!(interfaces <= UNSAFE_AT_MOST, "at most {UNSAFE_AT_MOST} are allowed there");
+    Ok(())
 }
 
 /// Unsafe blocks that begin in a line.
@@ -149,7 +137,7 @@ fn stacks(library: &Path) -> Outcome {
     for chain in &chains {
         println!("  {:6} bytes of stack: {}", chain.bytes, shown(chain));
     }
-    let deepest = chains.first().ok_or("the library exports no function")?;
+    let deepest = chains.first().context("the library exports no function")?;
     let within = chains.iter().filter(|chain| chain.bytes <= STACK_AT_MOST).count();
     println!(
         "figure 27: {} bytes in {} ({}); {within} of {} functions need at most {STACK_AT_MOST}; no recursion",
@@ -158,7 +146,8 @@ fn stacks(library: &Path) -> Outcome {
         shown(deepest),
         chains.len()
     );
-    if deepest.bytes <= STACK_AT_MOST { Ok(()) } else { Err(format!("more than {STACK_AT_MOST} bytes of stack")) }
+    ensure!(deepest.bytes <= STACK_AT_MOST, "more than {STACK_AT_MOST} bytes of stack");
+    Ok(())
 }
 
 /// The last two parts of a name, without what it is generic over.
@@ -192,15 +181,11 @@ const JUST_ENOUGH: [&str; 5] = [
 /// Builds the kernel with nothing, with each feature left out, and with sets that a host may use, and runs
 /// the pinned scenes of the first and the last of these. The steps before have done so with all features.
 pub fn every_feature_set() -> Outcome {
-    let check = |set: &str| {
-        println!("  {}", if set.is_empty() { "nothing" } else { set });
-        let few = ["check", "--quiet", "--package", "fabric-kernel", "--no-default-features", "--features", set];
-        cargo(&few).map_err(|message| format!("features {set:?}: {message}"))
-    };
     let names = names();
     for left_out in &names {
-        let others: Vec<_> = names.iter().filter(|name| *name != left_out).copied().collect();
-        check(&others.join(","))?;
+        let others = names.iter().filter(|name| *name != left_out).copied().collect::<Vec<_>>().join(",");
+        println!("  {others}");
+        sh!("cargo check --quiet --package fabric-kernel --no-default-features --features {others}").run()?;
     }
     for set in [""].iter().chain(&SETS) {
         golden(set, "")?;
@@ -224,10 +209,9 @@ pub fn every_feature_set() -> Outcome {
 
 /// The golden tests by a kernel of these features. `runs`: a scene that must not be left out.
 fn golden(features: &str, runs: &str) -> Outcome {
-    let features: Vec<_> = features.split(',').map(of_kernel).collect();
-    let mut tests = Command::new(cargo_program());
-    tests.args(["test", "--quiet", "--package", "fabric-tests", "--test", "golden", "--no-default-features"]);
-    wait(tests.args(["--features", &features.join(",")]).env("FABRIC_RUNS", runs).current_dir(top()))
+    let features = features.split(',').map(of_kernel).collect::<Vec<_>>().join(",");
+    let tests = sh!("cargo test --quiet --package fabric-tests --test golden --no-default-features");
+    Ok(tests.args(["--features", &features]).env("FABRIC_RUNS", runs).run()?)
 }
 
 /// The cargo features of the kernel, each once.

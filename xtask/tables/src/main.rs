@@ -5,7 +5,7 @@ mod gates;
 mod size;
 mod stack;
 
-use xtask::tools::{Outcome, made, top};
+use xtask::tools::{Outcome, bail, ensure, shell};
 
 fn main() -> std::process::ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -20,12 +20,19 @@ fn run(words: &[&str]) -> Outcome {
         ["gates"] => gates::run(),
         ["features"] => gates::every_feature_set(),
         ["size"] => size::run(),
-        _ => Err(format!("unknown: {words:?}")),
+        _ => bail!("unknown: {words:?}"),
     }
 }
 
 /// Writes what is made of the tables in code, or compares it with what is committed.
 fn written(files: Vec<(String, String)>, check: &[&str], command: &str) -> Outcome {
-    let files: Vec<_> = files.into_iter().map(|(name, text)| (top().join(name), text)).collect();
-    made(&files, check == ["--check"], command)
+    for (path, text) in files {
+        if check != ["--check"] {
+            shell().write_file(path, text)?;
+        } else {
+            let same = shell().read_file(&path).unwrap_or_default() == text;
+            ensure!(same, "{path} is not what the sources give; run `{command}`");
+        }
+    }
+    Ok(())
 }

@@ -9,7 +9,7 @@ use object::read::archive::ArchiveFile;
 use object::{Object, ObjectSection, SectionKind};
 use std::path::Path;
 use xtask::targets::{BOARD, HARD, WASM};
-use xtask::tools::{Outcome, target, top, write};
+use xtask::tools::{Outcome, ensure, sh, shell, target};
 
 pub fn run() -> Outcome {
     let names = gates::names();
@@ -31,16 +31,13 @@ pub fn run() -> Outcome {
          Memory: bytes a node of a sheet of 105 x 105 nodes that uses the feature alone, the paper's sheet for `paper`, Kevlar KM2 S706 for `real`.\n\n\
          | features | x86-64 | Cortex-M7 | wasm32 | stack | memory | what it is |\n\
          | --- | ---: | ---: | ---: | ---: | ---: | --- |\n{}",
-        xtask::tools::output("rustc", &["--version"])?.trim(),
+        sh!("rustc --version").read()?,
         rows.concat()
     );
-    let path = top().join("docs/tables/size.md");
-    write(&path, text)?;
-    println!("written: {}", path.display());
-    Ok(())
+    Ok(shell().write_file("docs/tables/size.md", text)?)
 }
 
-fn row(name: &str, features: &str) -> Result<String, String> {
+fn row(name: &str, features: &str) -> Outcome<String> {
     let library = gates::kernel(features)?;
     let [own, stack] = [gates::code(&library)?.bytes, stack::chains(&library)?.first().map_or(0, |chain| chain.bytes)];
     let others = [(BOARD, HARD), (WASM, "")];
@@ -54,21 +51,20 @@ fn row(name: &str, features: &str) -> Result<String, String> {
 }
 
 /// Machine code of what is the project's in a static library, bytes.
-fn code(library: &Path) -> Result<u64, String> {
-    let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", library.display());
-    let data = std::fs::read(library).map_err(|error| failed(&error))?;
-    let archive = ArchiveFile::parse(&*data).map_err(|error| failed(&error))?;
+fn code(library: &Path) -> Outcome<u64> {
+    let data = shell().read_binary_file(library)?;
+    let archive = ArchiveFile::parse(&*data)?;
     let mut bytes = 0;
     for member in archive.members() {
-        let member = member.map_err(|error| failed(&error))?;
+        let member = member?;
         // The archive also holds all of the compiler's own functions, of which a host links what it needs.
         if member.name().starts_with(b"fabric_kernel") {
-            let object = object::File::parse(member.data(&*data).map_err(|error| failed(&error))?);
-            let sections = object.map_err(|error| failed(&error))?;
-            bytes += sections.sections().filter(|s| s.kind() == SectionKind::Text).map(|s| s.size()).sum::<u64>();
+            let object = object::File::parse(member.data(&*data)?)?;
+            bytes += object.sections().filter(|s| s.kind() == SectionKind::Text).map(|s| s.size()).sum::<u64>();
         }
     }
-    if bytes > 0 { Ok(bytes) } else { Err(format!("{}: no machine code of the project", library.display())) }
+    ensure!(bytes > 0, "{}: no machine code of the project", library.display());
+    Ok(bytes)
 }
 
 /// Bytes a node of a sheet of 105 x 105 nodes with the first option of the tests that asks for this feature

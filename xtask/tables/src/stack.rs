@@ -13,7 +13,7 @@
 use object::{Object, ObjectSection};
 use std::collections::BTreeMap;
 use std::path::Path;
-use xtask::tools::output;
+use xtask::tools::{Context as _, Outcome, bail, ensure, sh, shell};
 
 #[derive(Default)]
 struct Function {
@@ -66,7 +66,7 @@ const LOOPS: [&str; 10] = [
 const VISITED: [&str; 2] = ["memory::state::", " as fabric_kernel::memory::state::Visitor>::"];
 
 /// The deepest chain of every exported `fk_*` function, deepest first.
-pub fn chains(library: &Path) -> Result<Vec<Chain>, String> {
+pub fn chains(library: &Path) -> Outcome<Vec<Chain>> {
     let mut functions = disassembled(library)?;
     frames(library, &mut functions)?;
     let named = |wanted: &str| {
@@ -92,7 +92,7 @@ pub fn chains(library: &Path) -> Result<Vec<Chain>, String> {
             None if function.name.contains(VISITED[0]) => function.calls.extend(&visitors),
             // Start-up code of the linker: no fk_* function calls it, or its frame would be missing.
             None if function.frame == 0 => {}
-            None => return Err(format!("{} calls through a pointer: say in stack.rs what it can be", function.name)),
+            None => bail!("{} calls through a pointer: say in stack.rs what it can be", function.name),
         }
     }
     let mut deepest = BTreeMap::new();
@@ -125,17 +125,13 @@ fn walk(
     functions: &BTreeMap<u64, Function>,
     deepest: &mut BTreeMap<u64, (u64, Option<u64>)>,
     above: &mut Vec<u64>,
-) -> Result<u64, String> {
+) -> Outcome<u64> {
     if let Some((bytes, _)) = deepest.get(&at) {
         return Ok(*bytes);
     }
-    let function = functions.get(&at).ok_or(format!("a call to {at:x}, where no function is"))?;
-    if above.contains(&at) {
-        return Err(format!("{} calls itself, perhaps through others", function.name));
-    }
-    if function.frame == 0 {
-        return Err(format!("the frame of {} is not known", function.name));
-    }
+    let function = functions.get(&at).with_context(|| format!("a call to {at:x}, where no function is"))?;
+    ensure!(!above.contains(&at), "{} calls itself, perhaps through others", function.name);
+    ensure!(function.frame > 0, "the frame of {} is not known", function.name);
     above.push(at);
     let mut best = (function.frame, None);
     let calls = function.calls.iter().map(|callee| (function.frame, *callee));
@@ -151,9 +147,9 @@ fn walk(
 }
 
 /// The functions and their calls, from `objdump` (x86-64).
-fn disassembled(library: &Path) -> Result<BTreeMap<u64, Function>, String> {
+fn disassembled(library: &Path) -> Outcome<BTreeMap<u64, Function>> {
     let slots = slots(library)?;
-    let text = output("objdump", &["-d", "--no-show-raw-insn", "--demangle=rust", &library.to_string_lossy()])?;
+    let text = sh!("objdump -d --no-show-raw-insn --demangle=rust {library}").read()?;
     let address = |word: &str| u64::from_str_radix(word, 16).ok();
     let mut functions: BTreeMap<u64, Function> = BTreeMap::new();
     let mut bodies: Vec<(u64, Vec<&str>)> = Vec::new();
@@ -200,8 +196,8 @@ fn disassembled(library: &Path) -> Result<BTreeMap<u64, Function>, String> {
 }
 
 /// The places in the library that hold an address of its own once it is loaded, and that address.
-fn slots(library: &Path) -> Result<BTreeMap<u64, u64>, String> {
-    let text = output("readelf", &["--relocs", "--wide", &library.to_string_lossy()])?;
+fn slots(library: &Path) -> Outcome<BTreeMap<u64, u64>> {
+    let text = sh!("readelf --relocs --wide {library}").read()?;
     let relative = text.lines().filter(|line| line.contains("R_X86_64_RELATIVE"));
     let number = |word: Option<&str>| u64::from_str_radix(word?, 16).ok();
     Ok(relative
@@ -256,11 +252,11 @@ fn without_hashes(name: &str) -> String {
 }
 
 /// Reads the frames that the compiler noted: for each function its address and its size in seven bits a byte.
-fn frames(library: &Path, functions: &mut BTreeMap<u64, Function>) -> Result<(), String> {
-    let bytes = std::fs::read(library).map_err(|error| format!("{}: {error}", library.display()))?;
-    let file = object::File::parse(&*bytes).map_err(|error| error.to_string())?;
-    let section = file.section_by_name(".stack_sizes").ok_or("the library has no section .stack_sizes")?;
-    let mut data = section.data().map_err(|error| error.to_string())?;
+fn frames(library: &Path, functions: &mut BTreeMap<u64, Function>) -> Outcome {
+    let bytes = shell().read_binary_file(library)?;
+    let file = object::File::parse(&*bytes)?;
+    let section = file.section_by_name(".stack_sizes").context("the library has no section .stack_sizes")?;
+    let mut data = section.data()?;
     while let Some((start, rest)) = data.split_first_chunk::<8>() {
         let (mut size, mut shift) = (0, 0);
         data = rest;

@@ -114,11 +114,18 @@ pub fn of_kevlar(case: Case, name: &'static str) -> Result<Case> {
     Ok(Case { name, scene, ..case })
 }
 
+/// Twelve bonded plies of that fabric under a steel body with edges, at 300 m/s.
+fn edged(name: &'static str, body: &str, size: u32) -> Result<Case> {
+    let cloth = format!("fabric = \"kevlar_km2_s706\"\nsheet = {{ nodes_x = {size}, nodes_y = {size}, plies = 12 }}");
+    let scene = fabric_scene::parse(&format!("{cloth}\nprojectile = {{ {body} }}\naim.speed = \"300 m/s\""))?;
+    Ok(Case { name, scene, start: |_| Ok(()), before: 1000 })
+}
+
 /// A case of so many nodes along each side.
 type OfSize = fn(u32) -> Result<Case>;
 
 /// The cases whose instructions are counted.
-pub const COUNTED: [(&str, OfSize); 13] = [
+pub const COUNTED: [(&str, OfSize); 15] = [
     ("sweep", |size| Ok(sweep(size))),
     ("fabric", |size| other(sweep(size), crimped)),
     ("slack", |size| {
@@ -159,6 +166,10 @@ pub const COUNTED: [(&str, OfSize); 13] = [
     ("KM2 run", |size| of_kevlar(whole_run(size), "KM2 run")),
     ("strength", |size| other(whole_run(size), |scene| scene.yarn.strength_draw = StrengthDraw::Weibull)),
     ("plies", |size| Ok(plies(size))),
+    ("FSP run", |size| edged("FSP run", "shape = \"fsp\", calibre = \".22\"", size)),
+    ("cube run", |size| {
+        edged("cube run", "shape = \"box\", size = [\"5 mm\", \"5 mm\", \"5 mm\"], material = \"steel\"", size)
+    }),
 ];
 
 /// The whole run: the preset's sphere at 300 m/s, taken up when contact is wide and the first segments fail

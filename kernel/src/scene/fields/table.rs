@@ -4,6 +4,7 @@
 //! Once there is a release, a new parameter goes to the end of the table, with a group of its own or none, so
 //! that hosts compiled before it go on working; 0 has to mean that it is off, so that images still fit.
 
+use crate::scene::features::Feature;
 use crate::scene::fields::choices::*;
 use crate::scene::fields::quantities::*;
 use crate::scene::fields::row::{Field, Place, Range};
@@ -39,7 +40,7 @@ const INFINITE: f64 = f64::INFINITY;
 /// Elements that a scene reads of a number: all, or none.
 type Read = fn(&Scene) -> usize;
 const FOUR_CORNERS: Read = |s| if_so(s.attachment.kind == AttachmentKind::FourCorners);
-const GRADED: Read = |s| if_so(s.is_graded());
+const GRADED: Read = |s| if_so(Feature::Grading.is_in(s));
 const CASED: Read = |s| if_so(s.casing.radius != 0.0);
 const STACKED: Read = |s| if_so(s.stack.plies > 1);
 const OWN_WEFT: Read = |s| if_so(s.weft.modulus_mean != 0.0);
@@ -47,7 +48,7 @@ const ROUND: Read =
     |s| if_so(matches!(s.projectile.shape, Shape::Sphere | Shape::Cylinder | Shape::HemisphericalCylinder));
 const SECTOR: Read = |s| if_so(s.projectile.shape == Shape::DiscSector);
 const DRAWN_STRENGTH: Read = |s| if_so(s.yarn.strength_draw != StrengthDraw::None);
-const ON_RATE: Read = |s| if_so(s.depends_on_rate());
+const ON_RATE: Read = |s| if_so(Feature::Rate.is_in(s));
 const THETA_RULE: Read = |s| if_so(s.integrator.kind == IntegratorKind::Theta);
 
 /// The table.

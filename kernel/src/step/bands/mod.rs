@@ -7,7 +7,7 @@
 //! the next pass needs to start: the candidates, and at every cut a copy of the row above it and the forces
 //! of the segments across it. One meeting a pass, and that is the caller's: a band that is called again
 //! before all have arrived is refused. If the caller says how many steps it wants, a sheet beyond the caches
-//! takes several of them in a block of one pass more (`rows/schedule.rs`). The bits are those of
+//! takes several of them in a block of one pass more (`step/schedule.rs`). The bits are those of
 //! [`Sim::step`](crate::Sim::step), whatever the cut.
 //! Limits: velocity Verlet; at most [`MAX_BANDS`] bands. Contact is not shared out.
 //! Reference: docs/model.md, "Row bands".
@@ -61,7 +61,7 @@ use crate::memory::arrays;
 use crate::memory::layout::MAX_BANDS;
 use crate::memory::system::System;
 use crate::memory::watch::OutcomeSet;
-use crate::sheet::segments::Report;
+use crate::sweep::segments::Report;
 use core::cell::UnsafeCell;
 use core::marker::PhantomData;
 use core::sync::atomic::{AtomicI32, AtomicU32, AtomicUsize, Ordering};
@@ -98,7 +98,7 @@ unsafe impl Send for Bands<'_, '_> {}
 // SAFETY: everything under the pointers and cells is reached through `pass` alone. A band's rows, report and
 // scratch `above`, `carry`, `viscous` and `kept` are used only by the call that has set the band's bit in
 // `claimed`. All else is changed only by the call that finds all bits of `arrived` set, while every bit of
-// `claimed` still keeps the others out. In a block (`rows/schedule.rs`) rows are tiles and gaps. No two have
+// `claimed` still keeps the others out. In a block (`step/schedule.rs`) rows are tiles and gaps. No two have
 // a row in common, for gaps stay apart. In addition
 // - a tile writes at its upper edge the moments (`past`) of the gap's lowest row, what they dissipate and the
 //   forces on it; at its lower edge ghost row and moments above the gap. No other tile has that edge;

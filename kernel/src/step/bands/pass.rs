@@ -12,16 +12,16 @@ use crate::ground::planes::{self, Axis, CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, 
 use crate::memory::system::System;
 use crate::scene::features::Feature;
 use crate::sheet::columns::Net;
-use crate::sheet::segments::Report;
-use crate::sheet::slack::bit;
-use crate::sheet::sweep::Lift;
-use crate::sheet::viscous::MomentsOfRow;
+use crate::sheet::energy_error::bit;
 use crate::step::blocks;
 use crate::step::one_step;
-use crate::step::rows::Rows;
-use crate::step::rows::schedule::{Block, Edge, Tile};
-use crate::step::rows::viscosity::{ViscousRows, find_moments_of_row, place_ghost_moments};
-use crate::step::rows::whole;
+use crate::step::schedule::{Block, Edge, Tile};
+use crate::step::whole;
+use crate::sweep::moments::{ViscousRows, find_moments_of_row, place_ghost_moments};
+use crate::sweep::pass::ForcesFromBelow;
+use crate::sweep::rows::Rows;
+use crate::sweep::segments::Report;
+use crate::sweep::viscous::MomentsOfRow;
 use core::mem::take;
 
 /// Ghost data of a sweep of rows: the row above with its moments, the forces from the row
@@ -105,7 +105,7 @@ impl Plan {
             let yarn = terms.yarn_row(yarn, strength, 0, ply);
             let pass = terms.pass(self.net(ply), ply);
             let (row, above, yarn) = (below, here, &yarn);
-            Lift { pass: &pass, j: j - 1, row, history, above, carry, yarn, energy_error, viscous }.find();
+            ForcesFromBelow { pass: &pass, j: j - 1, row, history, above, carry, yarn, energy_error, viscous }.find();
         }
     }
 

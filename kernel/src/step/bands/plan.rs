@@ -8,13 +8,14 @@ use crate::ground::lanes::InstructionSet;
 use crate::memory::layout::Layout;
 use crate::memory::network::{self, Network};
 use crate::memory::system::System;
+use crate::sheet::clamp::Clamps;
 use crate::sheet::direction::Directions;
 use crate::sheet::ghosts::place_ghost_speeds;
 use crate::step::blocks;
 use crate::step::one_step;
-use crate::step::rows::schedule::Block;
-use crate::step::rows::terms::{Terms, rates};
-use crate::step::rows::whole;
+use crate::step::schedule::Block;
+use crate::step::whole;
+use crate::sweep::terms::{Terms, rates};
 use crate::yarn::rate::Rates;
 
 /// Plan of one pass.
@@ -31,6 +32,7 @@ pub(super) struct Plan {
     /// Whether rows at rest are swept.
     pub(super) all: bool,
     pub(super) layout: Layout,
+    pub(super) clamps: Clamps,
     pub(super) rates: Rates,
     pub(super) fetches: bool,
     pub(super) instructions: InstructionSet,
@@ -90,6 +92,7 @@ impl Plan {
             gap_step,
             all,
             layout: system.network.layout,
+            clamps: system.network.clamps,
             rates: rates(&system.network, system.state.sums.loaded),
             fetches: system.network.fetches,
             instructions: system.network.instructions,
@@ -134,7 +137,7 @@ impl Plan {
 
     /// Constants of the sweep.
     pub(super) fn terms(&self, fetches: bool) -> Terms<'_> {
-        let Plan { layout, rates, instructions, .. } = self;
-        Terms { layout, directions: self.directions(), rates, fetches, instructions: *instructions }
+        let Plan { layout, clamps, rates, instructions, .. } = self;
+        Terms { layout, directions: self.directions(), clamps: *clamps, rates, fetches, instructions: *instructions }
     }
 }

@@ -1,12 +1,12 @@
 //! Scratch of the bands in the memory that the caller lends: band by band, ghost rows and carried forces.
 //!
 //! Method: a band's sweep reads a copy of the row above it and the forces from the row below it, as they were
-//! before the pass. In a block the same is kept of each step for the gaps (`rows/schedule.rs`).
+//! before the pass. In a block the same is kept of each step for the gaps (`step/schedule.rs`).
 
 use super::plan::Plan;
 use super::pointers::part_mut;
 use crate::ground::planes::{CARRY_PLANES, CHUNK, Chunk, HOT_PLANES, PAST_PLANES};
-use crate::step::rows::schedule::Edge;
+use crate::step::schedule::Edge;
 
 /// Scratch of one band in one pass.
 pub(super) struct Scratch<'r> {
@@ -91,7 +91,7 @@ impl Plan {
                 above: part_mut(above.cast(), 0..chunks),
                 carry: part_mut(carry.cast(), 0..chunks),
                 viscous: part_mut(viscous.cast(), 0..at_cuts * chunks),
-                kept: part_mut(kept.cast(), 0..self.layout.kept_nodes()),
+                kept: part_mut(kept.cast(), 0..self.layout.nodes_x),
             }
         }
     }

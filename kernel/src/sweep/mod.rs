@@ -1,0 +1,12 @@
+pub(crate) mod accounts;
+pub mod effects;
+pub(crate) mod forces;
+pub(crate) mod moments;
+pub mod on_casing;
+pub mod pass;
+pub mod rows;
+pub mod segments;
+pub mod slack;
+pub mod strain_rate;
+pub(crate) mod terms;
+pub mod viscous;
