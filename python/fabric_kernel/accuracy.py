@@ -3,13 +3,13 @@
 Method: a ladder of networks, from bars four times as long as the scene's down to an eighth, graded where that has fewer nodes,
 then time steps and slack_balance at one of them; every setting is shot with the same samples (yarns, place within a mesh of the
 scene). The error of a setting is its mean less that of the finest network, in parts of the latter, with the interval of the
-paired differences (Student's t). At the coarsest graded network the whole one is shot, too, and what it differs by counts. The
-recommendation is the setting with the least processor time for n shots whose error, with the end of its interval and the chance
-of n shots (root of the sum of squares), lies within what is asked; no network between it and the finest may err more, and the
-finest has bars at most half as long. The finest network errs, too, which is added: by as much as the last halving moved the mean,
-which at order one is what all further ones would; where segments fail, by as much as either of the last two halvings did.
-With an error asked for the ladder ends once there is one, and shots are added where only their scatter stands in the way. If
-three networks agree on an order of convergence, the limit of fine bars is extrapolated.
+paired differences (Student's t). At the coarsest graded network and at the scene's bars the whole one is shot, too, and the
+difference counts. The recommendation is the setting with the least processor time for n shots whose error, with the end of its
+interval and the chance of n shots (root of the sum of squares), lies within what is asked; no network between it and the finest
+may err more, and the finest has bars at most half as long. The finest network errs, too, which is added: by as much as the last
+halving moved the mean, which at order one is what all further ones would; where segments fail, by as much as either of the last
+two halvings did. With an error asked for the ladder ends once there is one, and shots are added where only their scatter stands
+in the way. If three networks agree on an order of convergence, the limit of fine bars is extrapolated.
 Limits: what is finer than the finest network run is not seen. After the first failure runs are chaotic, and pairs scatter like
 two samples: what the shots cannot resolve is said.
 """
@@ -406,7 +406,7 @@ def unseen(rows: Sequence[Row]) -> float:
     apart = lambda one, other: 100.0 * abs(one.mean - other.mean) / abs(other.mean or math.nan)
     moved = [apart(one, other) for one, other in itertools.pairwise(networks)]
     whole = {row.setting.bars: row for row in rows if row.setting == Setting(row.setting.bars)}
-    grading = max((apart(row, whole[row.setting.bars]) for row in networks if row.setting.bars in whole), default=0.0)
+    grading = next((apart(row, whole[row.setting.bars]) for row in networks[::-1] if row.setting.bars in whole), 0.0)
     if any(row.failed for row in networks):
         return grading + (max(moved[-2:]) if len(moved) > 1 else math.inf)
     return grading + (moved[-1] if moved else math.inf)
@@ -586,7 +586,7 @@ def accuracy(
             if ended:
                 break
             continue
-        if setting.graded and not graded and not run(Setting(length), shots):
+        if setting.graded and (length == 1.0 or not graded) and not run(Setting(length), shots):
             break
         graded |= setting.graded
         done += 1
@@ -626,7 +626,7 @@ def accuracy(
         f"Errors are against the finest network, from pairs of shots with the same samples; {100 * confidence:g} % intervals.",
         "A recommendation allows for an error of the finest network as large as what the last halving of the bars did; where "
         "segments fail, as either of the last two.",
-        "It also allows for what grading did to the coarsest graded network.",
+        "It also allows for what grading did to the network with the scene's bars, or the coarsest.",
         CAVEAT,
     ]
     pick = choices[0]

@@ -1,8 +1,8 @@
 """Every fence of a page is run as a reader would, in the order of the page; what it prints is what the page says.
 
 A comment directly before a fence, `<!-- not run: why -->`, leaves it out, and `<!-- long -->` does so without `--long`.
-A text fence or a table directly after a fence has lines that it prints, of a Python program all.
-A file has its name in the line before it, as `mine.toml`:. `--write` writes texts and the notebook of the tutorial anew.
+A text fence or a table directly after a fence has lines that it prints; of a Python program, and in docs/tables, all.
+A file has its name in the line before it, as `mine.toml`:. `--write` writes these, and the notebook of the tutorial, anew.
 """
 
 import contextlib
@@ -82,8 +82,9 @@ def test_page(page, folder, request, subtests):
             if str(fence["note"]).startswith("not run"):
                 continue
             said = printed(fence, folder, names)
-            whole, wanted = fence["language"] == "python", fence["text"] or fence["table"] or ""
-            if request.config.getoption("write") and (whole or fence["text"] is not None):
+            whole = fence["language"] == "python" or page.startswith("docs/tables/")
+            wanted = fence["text"] or fence["table"] or ""
+            if request.config.getoption("write") and whole:
                 written = f"\n```text\n{said}```\n" if said else ""
                 new = new.replace(fence[0], fence[0].removesuffix(fence["said"] or "") + written)
             elif whole:

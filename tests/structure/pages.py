@@ -18,7 +18,7 @@ BUDGET = {
     "docs/validation.md": 1909,
     "docs/tutorial.md": 1528,
     "docs/fmi.md": 1432,
-    "docs/accuracy.md": 1285,
+    "docs/accuracy.md": 1300,
     "docs/embedding.md": 1340,
     "docs/v50.md": 1215,
     "docs/compare.md": 453,
@@ -31,7 +31,7 @@ BUDGET = {
     "examples/rotorburst/README.md": 368,
     "docs/dependencies.md": 439,
     "docs/web.md": 367,
-    "CHANGELOG.md": 300,
+    "CHANGELOG.md": 350,
     "data/measured/README.md": 250,
     # Beside what they describe.
     "evidence/resolved/README.md": 890,
@@ -43,7 +43,7 @@ BUDGET = {
     "SECURITY.md": 95,
     "python/README.md": 37,
 }
-TABLES, ALL_TABLES = "docs/tables/", 18_400
+TABLES, ALL_TABLES = "docs/tables/", 18_600
 """Tables are written by programs: all of them together have one budget (evidence/short.py shortens them)."""
 LINKS = {"README.md": 15}
 PROGRAMS = [
