@@ -143,7 +143,7 @@ fn documentation() -> Outcome {
     Ok(command.env("RUSTDOCFLAGS", "-D warnings -A rustdoc::private-intra-doc-links").run()?)
 }
 
-/// Checks that the crates build by themselves, as crates.io would get them, and documentation as docs.rs would.
+/// Builds of the crates as crates.io would get them, and of their documentation as docs.rs would.
 fn package() -> Outcome {
     sh!("cargo package --quiet {PUBLISHED...} --allow-dirty").run()?;
     let packed = target().join(format!("package/fabric-kernel-{}/Cargo.toml", env!("CARGO_PKG_VERSION")));
