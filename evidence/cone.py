@@ -89,18 +89,9 @@ def compared(study):
     half, speeds = (400, SPEEDS) if full else (150, SPEEDS[1:3])
     for speed, found in zip(speeds, study.each(pyramid, [(half, speed) for speed in speeds], "cone")):
         stretch, strip = smith(scene_of(half, speed), speed)
-        rows.append(
-            {
-                "impact m/s": speed,
-                "failed segments": found["failed"],
-                "strain before the front %": 100 * found["strain"],
-                "front m/s": found["front"][0],
-                "jump condition m/s": found["jump"],
-                "diagonal front m/s": found["front"][1],
-                "strip strain %": 100 * (stretch - 1.0),
-                "strip m/s": strip.kink,
-            }
-        )
+        row = {"impact m/s": speed, "failed segments": found["failed"], "strain before the front %": 100 * found["strain"]}
+        row |= {"front m/s": found["front"][0], "jump condition m/s": found["jump"], "diagonal front m/s": found["front"][1]}
+        rows.append(row | {"strip strain %": 100 * (stretch - 1.0), "strip m/s": strip.kink})
     study.write("cone", rows)
     jump = [
         Point(f"{row['impact m/s']:.0f} m/s", exact(row["front m/s"] / row["jump condition m/s"]), about(1, 0.05)) for row in rows

@@ -132,24 +132,13 @@ def answer(study):
         own = [next(found) for _ in scenes]
         of = lambda name: [run[name] for run in own]
         error = lambda name: deviation(of(name)) / math.sqrt(runs)
-        rows.append(
-            {
-                "scheme": scheme.name if scheme else "integrated",
-                "H s": exchange * DT if scheme else math.nan,
-                "runs": runs,
-                "ended": sum(of("ended")),
-                "V(50 us) error m/s": mean(of("early")) - (rows[0]["early"] if rows else mean(of("early"))),
-                "early": mean(of("early")),
-                "interface energy error % of KE0": 100 * mean(of("interface")),
-                "absorbed J": mean(of("absorbed")),
-                "absorbed: standard error": error("absorbed"),
-                "velocity m/s": mean(of("velocity")),
-                "velocity: standard error": error("velocity"),
-                "peak N": mean(of("peak")),
-                "node-steps": mean(of("node_steps")),
-                "CPU s": min(of("seconds")),
-            }
-        )
+        row = {"scheme": scheme.name if scheme else "integrated", "H s": exchange * DT if scheme else math.nan, "runs": runs}
+        row |= {"ended": sum(of("ended"))}
+        row |= {"V(50 us) error m/s": mean(of("early")) - (rows[0]["early"] if rows else mean(of("early")))}
+        row |= {"early": mean(of("early")), "interface energy error % of KE0": 100 * mean(of("interface"))}
+        row |= {"absorbed J": mean(of("absorbed")), "absorbed: standard error": error("absorbed")}
+        row |= {"velocity m/s": mean(of("velocity")), "velocity: standard error": error("velocity"), "peak N": mean(of("peak"))}
+        rows.append(row | {"node-steps": mean(of("node_steps")), "CPU s": min(of("seconds"))})
     study.write("coupling", rows)
     draw(study, rows[1:])
     spread = lambda name, unit: lambda row: f"{row[f'{name} {unit}']:.3f} ± {row[f'{name}: standard error']:.3f}"

@@ -123,17 +123,9 @@ def looks(job):
             run.step(look - run.step_count)
         if any(run.counters()["failed_segments"] for run in runs):
             break
-        rows.append(
-            {
-                "case": name,
-                "step": look,
-                "time us": 1e6 * whole.time,
-                "position: quarter, whole (h)": apart(quarter),
-                "position: whole, V0 by 1e-12 (h)": apart(other),
-                "velocity: quarter, whole (m/s)": slower(quarter),
-                "velocity: whole, V0 by 1e-12 (m/s)": slower(other),
-            }
-        )
+        row = {"case": name, "step": look, "time us": 1e6 * whole.time, "position: quarter, whole (h)": apart(quarter)}
+        row |= {"position: whole, V0 by 1e-12 (h)": apart(other), "velocity: quarter, whole (m/s)": slower(quarter)}
+        rows.append(row | {"velocity: whole, V0 by 1e-12 (m/s)": slower(other)})
     return rows
 
 

@@ -127,13 +127,8 @@ def point_rows(runs):
     """A row for each ensemble: means with the ends of their 95 % intervals, least and greatest."""
     rows = []
     for point, ensemble in runs.by_point.items():
-        row = {
-            "sheet": point.sheet,
-            "attachment": point.attachment,
-            "washer": point.washer,
-            "yarn": point.yarn,
-            "impact, J or m/s": point.impact,
-        }
+        row = {"sheet": point.sheet, "attachment": point.attachment, "washer": point.washer, "yarn": point.yarn}
+        row |= {"impact, J or m/s": point.impact}
         row |= {
             "runs": len(ensemble),
             "arrested": sum(run.arrested for run in ensemble),

@@ -112,29 +112,12 @@ def rows_of(study, part):
         energy = 0.5 * scene["projectile.mass"] * speed * speed
         for hit in range(study.of(6, 3, 2)):
             jobs.append((scene, guess, hit))
-            rows.append(
-                {
-                    "form": form,
-                    "plies": plies,
-                    "gap mm": 1e3 * gap,
-                    "areal density kg/m2": density,
-                    "run": hit,
-                    "impact velocity m/s": speed,
-                    "impact J": energy,
-                }
-            )
+            row = {"form": form, "plies": plies, "gap mm": 1e3 * gap, "areal density kg/m2": density, "run": hit}
+            rows.append(row | {"impact velocity m/s": speed, "impact J": energy})
     for row, (stands, fast) in zip(rows, study.each(measured, jobs, f"plies: {part}")):
-        row |= {
-            "limit m/s": stands,
-            "absorbed J": fast["absorbed"],
-            "velocity m/s": fast["velocity"],
-            "failed segments": fast["failed"],
-        }
-        row |= {
-            "residual %": 100 * fast["residual"],
-            "unconverged": fast["unconverged"],
-            "ply penetration mm": 1e3 * fast["ply_penetration"],
-        }
+        row |= {"limit m/s": stands, "absorbed J": fast["absorbed"], "velocity m/s": fast["velocity"]}
+        row |= {"failed segments": fast["failed"], "residual %": 100 * fast["residual"], "unconverged": fast["unconverged"]}
+        row["ply penetration mm"] = 1e3 * fast["ply_penetration"]
     study.write(f"plies_{part}", rows)
     return rows
 
@@ -147,6 +130,7 @@ def energies(rows):
 def verdicts(parts):
     """What is published of several plies beside what the model gives, for each form of the comparison."""
     found = []
+    add = lambda *row: found.append(row)
     thin = "two to four thin plies against one thick: specific energy more than +7 %"
     if "number" in parts:
         by_number = friction.groups(parts["number"], "plies")
@@ -156,52 +140,42 @@ def verdicts(parts):
             if bonded and separate:
                 allowed = THIN_MORE if plies < 5 else None
                 what = thin if allowed else ""
-                found.append(
-                    (
-                        f"{plies:.0f} plies separate over bonded: energy at the limit",
-                        what,
-                        friction.change(energies(separate), energies(bonded), 2 * BISECTION),
-                        allowed,
-                    )
+                add(
+                    f"{plies:.0f} plies separate over bonded: energy at the limit",
+                    what,
+                    friction.change(energies(separate), energies(bonded), 2 * BISECTION),
+                    allowed,
                 )
                 absorbed = [friction.numbers(rows, "absorbed J") for rows in (separate, bonded)]
-                found.append(
-                    (
-                        f"{plies:.0f} plies separate over bonded: absorbed at {bonded[0]['impact velocity m/s']:.0f} m/s",
-                        what,
-                        friction.change(*absorbed),
-                        allowed,
-                    )
+                add(
+                    f"{plies:.0f} plies separate over bonded: absorbed at {bonded[0]['impact velocity m/s']:.0f} m/s",
+                    what,
+                    friction.change(*absorbed),
+                    allowed,
                 )
     if "draws" in parts:
         bonded, separate = ([row for row in parts["draws"] if row["form"] == form] for form in ("bonded", "separate"))
-        found.append(
-            (
-                "own samples over one for all: energy at the limit",
-                "",
-                friction.change(energies(separate), energies(bonded), 2 * BISECTION),
-                None,
-            )
+        add(
+            "own samples over one for all: energy at the limit",
+            "",
+            friction.change(energies(separate), energies(bonded), 2 * BISECTION),
+            None,
         )
     if "turned" in parts:
         alike = [row for row in parts["turned"] if row["form"] == "separate"]
         turned = [row for row in parts["turned"] if row["form"] != "separate"]
         what = "plies turned against one another: absorbed energy +14 to +15 %"
-        found.append(
-            (
-                "every other ply turned: energy at the limit",
-                what,
-                friction.change(energies(turned), energies(alike), 2 * BISECTION),
-                TURNED_MORE,
-            )
+        add(
+            "every other ply turned: energy at the limit",
+            what,
+            friction.change(energies(turned), energies(alike), 2 * BISECTION),
+            TURNED_MORE,
         )
-        found.append(
-            (
-                "every other ply turned: absorbed",
-                what,
-                friction.change(friction.numbers(turned, "absorbed J"), friction.numbers(alike, "absorbed J")),
-                TURNED_MORE,
-            )
+        add(
+            "every other ply turned: absorbed",
+            what,
+            friction.change(friction.numbers(turned, "absorbed J"), friction.numbers(alike, "absorbed J")),
+            TURNED_MORE,
         )
     lines = [[name, value.text(1), what, value.verdict(allowed) if allowed else ""] for name, what, value, allowed in found]
     return page.markdown(["comparison", "change, % [95 %]", "published", "verdict"], lines) if lines else ""

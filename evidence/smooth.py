@@ -71,19 +71,9 @@ def answer(study):
             order = lambda name, now: (
                 math.log(before[name] / now) / math.log(before["dt/dt_crit"] / run["dt"]) if before else math.nan
             )
-            rows.append(
-                {
-                    "case": case,
-                    "integrator": integrator_name(tolerance),
-                    "dt/dt_crit": run["dt"],
-                    "steps": run["steps"],
-                    "node-steps": run["node_steps"],
-                    "position error m": apart,
-                    "order": order("position error m", apart),
-                    "energy error": run["residual"],
-                    "order of energy": order("energy error", run["residual"]),
-                }
-            )
+            row = {"case": case, "integrator": integrator_name(tolerance), "dt/dt_crit": run["dt"], "steps": run["steps"]}
+            row |= {"node-steps": run["node_steps"], "position error m": apart, "order": order("position error m", apart)}
+            rows.append(row | {"energy error": run["residual"], "order of energy": order("energy error", run["residual"])})
     study.write("smooth", rows)
     plain = [row for row in rows if row["case"] == "no damage"]
     page.errors(

@@ -59,12 +59,8 @@ def compared(study):
     found, rows = dict(zip(order, study.each(measured, jobs, "spacing"))), []
     for n, (plies, _, _, rate, viscosity, scaled, bar) in enumerate(networks):
         absorbed, limits, residuals = zip(*(found[n, hit] for hit in hits))
-        row = {
-            "plies": plies,
-            "viscosity": viscosity_name(viscosity),
-            "damage rate": rate,
-            "damage rate and length": "in proportion" if scaled else "constant",
-        }
+        row = {"plies": plies, "viscosity": viscosity_name(viscosity), "damage rate": rate}
+        row |= {"damage rate and length": "in proportion" if scaled else "constant"}
         row |= {"yarns a bar": bar, "hits": len(hits), "absorbed J": mean(absorbed), "absorbed J: deviation": deviation(absorbed)}
         rows.append(
             row | {"limit m/s": mean(limits), "limit m/s: deviation": deviation(limits), "energy residual %": mean(residuals)}

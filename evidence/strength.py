@@ -75,12 +75,8 @@ def compared(study):
     found, rows = iter(study.each(strengths, jobs, "strength")), []
     for yarn in yarns:
         shape, scale, error = weibull(sum((next(found) for _ in range(0, chains, BATCH)), []))
-        row = {
-            "sample": f"{yarn['gauge_length_mm']:.0f} mm",
-            "samples": chains,
-            "scale MPa": 1e-6 * scale,
-            "standard error MPa": 1e-6 * error,
-        }
+        row = {"sample": f"{yarn['gauge_length_mm']:.0f} mm", "samples": chains, "scale MPa": 1e-6 * scale}
+        row |= {"standard error MPa": 1e-6 * error}
         rows.append(row | {"shape": shape, "measured MPa": yarn["scale_mpa"], "measured shape": yarn["shape"]})
     study.write("strength", rows)
     sound = study.effort != FULL or all(abs(row["scale MPa"] / row["measured MPa"] - 1) < TOLERANCE for row in rows)

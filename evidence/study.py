@@ -96,13 +96,8 @@ class Study:
 
     def note(self, name, numbers):
         """NAME.json: numbers, and the command, version, library, machine and scenes that they come from."""
-        origin = {
-            "command": self.command,
-            "version": fabric_kernel.VERSION,
-            "library": ensembles.BUILD,
-            "machine": machine(),
-            "scenes": list(self.scenes),
-        }
+        origin = {"command": self.command, "version": fabric_kernel.VERSION, "library": ensembles.BUILD, "machine": machine()}
+        origin |= {"scenes": list(self.scenes)}
         (self.folder / f"{name}.json").write_text(json.dumps(numbers | origin, indent=1) + "\n")
 
     def table(self, name, title, text):

@@ -153,17 +153,9 @@ def compared(study):
     for strip, velocity in zip(searches, study.each(critical, searches, "critical velocity")):
         scene = strip.scene(0.0)
         stretch = scene["yarn.critical_stretch"]
-        velocities.append(
-            {
-                "yarn": strip.name,
-                "viscosity": viscosity_name(strip.viscosity),
-                "yarns a bar": strip.bar,
-                "cylinder R spacings": strip.radius,
-                "critical m/s": velocity,
-                "exact m/s": transverse(scene, stretch).speed,
-                "linear m/s": wave_speed(scene) * smith_linear(stretch - 1.0),
-            }
-        )
+        row = {"yarn": strip.name, "viscosity": viscosity_name(strip.viscosity), "yarns a bar": strip.bar}
+        row |= {"cylinder R spacings": strip.radius, "critical m/s": velocity, "exact m/s": transverse(scene, stretch).speed}
+        velocities.append(row | {"linear m/s": wave_speed(scene) * smith_linear(stretch - 1.0)})
     if velocities:
         study.write("critical", velocities)
         more, its_text = critical_text(velocities)
