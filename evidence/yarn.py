@@ -211,7 +211,7 @@ def waves_text(study, rows):
         series,
     )
     study.picture("yarn.svg", "validation_yarn.svg")
-    columns = [*page.same(["yarn", "viscosity"], None), ("impact m/s", "impact m/s", 0)]
+    columns = [*page.same(["yarn", "viscosity"], None), ("impact m/s", 0)]
     for name, digits in quantities.items():
         columns += [
             (name, name, digits),
