@@ -3,6 +3,7 @@ them."""
 
 import argparse
 import importlib
+import logging
 import pathlib
 import sys
 import time
@@ -85,13 +86,14 @@ def main():
     )
     parser.add_argument("--anew", action="store_true", help="forget the runs that are kept")
     given = parser.parse_args()
+    logging.basicConfig(level=logging.INFO, format="%(message)s")
     if not given.question and not given.effort:
         print(listed())
         return
     try:
         from . import comparison, study, validation
     except ModuleNotFoundError as error:
-        sys.exit(f"error: {error}: `python -m pip install ./python` installs what is needed")
+        sys.exit(f"error: {error}: `python -m pip install ./python[all]` installs what is needed")
     sound = True
     parts = validation.PARTS  # They are answered together.
     for name in [given.question] if given.question else [name for name in QUESTIONS if name not in parts]:

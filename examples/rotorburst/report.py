@@ -85,15 +85,26 @@ def saved(folder, results):
 
 
 @drawing.styled
-def draw(folder, results):
-    drawn, contact = list(saved(folder, results)), results["first_contact"]
-    # As much room for all as the last one needs.
-    figure, panels = drawing.new(11.0, 8.4, 2, 2, sharex=True, sharey=True)
-    for panel, sheet, time in zip(panels.flat, drawn, results["pictures"]):
-        sheet.draw_oblique(panel)
-        panel.set_title(f"{1e6 * (time - contact):.0f} µs after first contact", fontsize=10)
-    sheets.bar(figure, panels, drawn[-1], "strain (%)")
-    drawing.save(figure, folder / "sheet.png")
+def draw(runs):
+    """The pictures of all runs, on one scale."""
+    figures = []
+    for folder, results in runs:
+        drawn, contact = list(saved(folder, results)), results["first_contact"]
+        figure, panels = drawing.new(11.0, 8.4, 2, 2, sharex=True, sharey=True)
+        limits = []
+        for panel, sheet, time in zip(panels.flat, drawn, results["pictures"]):
+            sheet.draw_oblique(panel)
+            limits.append([*panel.get_xlim(), *panel.get_ylim()])
+            panel.set_title(f"{1e6 * (time - contact):.0f} µs after first contact", fontsize=10)
+        sheets.bar(figure, panels, drawn[-1], "strain (%)")
+        figures.append((folder, figure, panels[0, 0], np.array(limits)))
+    left, low = np.min([limits.min(0)[[0, 2]] for *_, limits in figures], axis=0)
+    right, high = np.max([limits.max(0)[[1, 3]] for *_, limits in figures], axis=0)
+    for folder, figure, panel, _ in figures:
+        panel.set(xlim=(left, right), ylim=(low, high))
+        # Panels as high as what they show, with room for titles; the bar of colours takes a tenth of the width.
+        figure.set_figheight(0.9 * 11.0 * (high - low) / (right - left) + 0.8)
+        drawing.save(figure, folder / "sheet.png")
 
 
 def plots(folder, results):
@@ -185,8 +196,8 @@ def main():
         html.answer(answer(run))
     if fabric(results) == PAPER:
         html.text(CAVEAT)
+    draw(runs)
     for place, run in runs:
-        draw(place, run)
         html.figure(place / "sheet.png", f"{plies(run)}: {PICTURES}")
     html.section(f"The event, {plies(results)}")
     for name, _, _, caption in PLOTS:

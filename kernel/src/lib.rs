@@ -69,8 +69,8 @@ mod sweep;
 /// Floor 7: impulses. Between nodes and projectile, between plies, and their friction.
 mod contact;
 
-/// Floor 8: one time step. The sweep of the whole sheet, motion, viscosity, the explicit and the theta rule, steps in
-/// blocks, bands; read-outs, energy, outcomes.
+/// Floor 8: one time step. The sweep of the whole sheet, motion, one step, the theta rule, steps in blocks,
+/// bands; read-outs, energy, outcomes.
 mod step;
 
 /// Floor 9: a simulation. Its start, its calls, its image, and the table of all its outputs.

@@ -4,25 +4,33 @@
 All numbers are in SI units.
 """
 
+from typing import Any
+
+from . import extras
 from ._kernel import PRESETS, VERSION, Failed, Refused, Scene, Simulation, parameters, replay, yarn_of_fibrils, yarns_of_fibrils
 from .accuracy import accuracy
 from .compare import compare
+from .compared import model_error
 from .designs import Neyer
 from .ensembles import ClusterLost, ensemble, vary
+from .fields import to_xarray
 from .fragments import fragment_map
-from .model_error import model_error
+from .notes import ModelWarning
 from .own_tests import own_tests
 from .residual import residual
-from .runs import fly, history
+from .runs import Flight, fly, history
 from .shooter import Shooter
 from .v50 import v50
 
+Simulation.to_xarray = to_xarray  # type: ignore[method-assign, assignment]
 __version__ = VERSION
 __all__ = [
     "PRESETS",
     "VERSION",
     "ClusterLost",
     "Failed",
+    "Flight",
+    "ModelWarning",
     "Neyer",
     "Refused",
     "Scene",
@@ -44,3 +52,10 @@ __all__ = [
     "yarn_of_fibrils",
     "yarns_of_fibrils",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Modules that draw, once they are asked for."""
+    if name not in ("movie", "plot", "sheets"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return extras.loaded(name)

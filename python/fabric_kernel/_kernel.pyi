@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypedDict
 
 import numpy
+import xarray
 from numpy.typing import ArrayLike, NDArray
 
 Vector = tuple[float, float, float]
@@ -416,3 +417,6 @@ class Simulation:
 
     def stretch(self) -> NDArray[numpy.float64]:
         """Stretch of each segment, in the same order."""
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Fields of the sheet at this time (`fabric_kernel.fields`)."""

@@ -5,6 +5,7 @@ import contextlib
 import hashlib
 import io
 import json
+import logging
 import math
 import re
 import sys
@@ -14,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from . import extras
 from ._kernel import PRESETS, VERSION, Refused, Scene
 from .files import FULL, Output, apart, shown, written
 from .oneply import windowing
@@ -151,8 +153,11 @@ def own_tests_of(parser: argparse.ArgumentParser) -> None:
 
 
 @contextlib.contextmanager
-def folder(out: Path) -> Iterator[None]:
-    """A folder for results: refused before the work if it cannot be written, and gone after it if nothing was."""
+def folder(out: Path, *needed: str) -> Iterator[None]:
+    """A folder for results: refused before the work if it cannot be written, or a library that is needed is missing, and gone
+    after it if nothing was."""
+    for name in needed or ("matplotlib", "pandas"):
+        extras.found(name)
     new = [path for path in (out, *out.parents) if not path.exists()]
     try:
         try:
@@ -206,6 +211,8 @@ def ending(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Iterat
     warned = lambda message, *_, **__: print(f"warning: {message}", file=sys.stderr)
     given.kept, said = (), Output(sys.stdout)
     sys.stderr = sys.stderr or io.StringIO()
+    log = logging.getLogger("fabric_kernel")
+    log.handlers, log.level = [logging.StreamHandler()], logging.INFO
     try:
         with contextlib.redirect_stdout(sys.stderr if given.json else said), warnings.catch_warnings():
             warnings.showwarning = warned
@@ -220,7 +227,7 @@ def ending(parser: argparse.ArgumentParser, given: argparse.Namespace) -> Iterat
         text = re.sub(r" \(os error \d+\)$", "", error.strerror or str(error.args[0]))
         name = f"{shown(error.filename)}: " if error.filename else ""
         parser.exit(1 if error is said.error or error.errno in FULL else 2, f"error: {name}{text}\n")
-    except (ValueError, MemoryError) as error:
+    except (ValueError, MemoryError, ModuleNotFoundError) as error:
         # A file that is refused as it is read names itself.
         file = str(getattr(given, "scene", "")) if isinstance(error, Refused) else ""
         file = "" if str(error).startswith(file) else file

@@ -14,12 +14,13 @@ Limits: what is finer than the finest network run is not seen. After the first f
 two samples: what the shots cannot resolve is said.
 """
 
+import dataclasses
 import itertools
 import math
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy
 import scipy  # Its parts are loaded where they are used.
@@ -30,6 +31,7 @@ from .about import CAVEAT, command, described, finished, of_a_scene
 from .files import Place, csv_of, filled, titled, written
 from .limit import Interval
 from .page import Page, notebook, power, printed
+from .record import record
 from .runs import STEPS, UNTIL, doubts, flown, scene_of
 from .sensitivity import crossing, nodes
 from .shooter import Shooter, Unknown
@@ -52,14 +54,15 @@ QUANTITIES = {
 }
 
 
-class Setting(NamedTuple):
+@record
+class Setting:
     """Length of bars over the scene's; time step over the stable one, 0 for the scene's own; whether with slack_balance, and fine
     about the middle alone (`network.graded`)."""
 
-    bars: float
-    step: float = 0.0
-    balanced: bool = False
-    graded: bool = False
+    bars: Annotated[float, "length of bars over the scene's"]
+    step: Annotated[float, "time step over the stable one; 0: the scene's own"] = 0.0
+    balanced: Annotated[bool, "whether with slack_balance"] = False
+    graded: Annotated[bool, "whether fine about the middle alone"] = False
 
     def is_network(self) -> bool:
         """Whether the network alone differs from the scene's."""
@@ -81,23 +84,24 @@ class Setting(NamedTuple):
         return found.replace(network.graded(found.aimed((0.0, 0.0)), network.OF_LIMITS)) if self.graded else found
 
 
-class Row(NamedTuple):
+@record
+class Row:
     """One setting and what its shots gave."""
 
-    setting: Setting
-    step: float  # of the stable one
-    balanced: bool
-    shots: int  # of known end
-    unknown: int
-    mean: float
-    deviation: float  # of single shots
-    error: float  # percent; NaN of the finest network
-    interval: Interval
-    stopped: int
-    failed: int  # shots in which segments failed
-    nodes: int
-    node_steps: float  # a shot
-    seconds: float  # of a processor, a shot
+    setting: Annotated[Setting, "what was computed with"]
+    step: Annotated[float, "of the stable one"]
+    balanced: Annotated[bool, "whether with slack_balance"]
+    shots: Annotated[int, "of known end"]
+    unknown: Annotated[int, "shots of unknown end"]
+    mean: Annotated[float, "mean of the quantity, in its unit"]
+    deviation: Annotated[float, "of single shots"]
+    error: Annotated[float, "percent; NaN of the finest network"]
+    interval: Annotated[Interval, "interval of the error, percent"]
+    stopped: Annotated[int, "shots that were stopped"]
+    failed: Annotated[int, "shots in which segments failed"]
+    nodes: Annotated[int, "nodes of the network"]
+    node_steps: Annotated[float, "a shot"]
+    seconds: Annotated[float, "of a processor, a shot"]
 
     def bound(self) -> float:
         """Largest error that the shots leave, percent."""
@@ -108,28 +112,30 @@ class Row(NamedTuple):
         return f"{length}, {self.step:.2g}{', balanced' * self.setting.balanced}{', graded' * self.setting.graded}"
 
 
-class Choice(NamedTuple):
+@record
+class Choice:
     """Settings that keep an error."""
 
-    error: float  # percent
-    row: Row | None
-    runs: int
-    why: str  # there are none
+    error: Annotated[float, "percent"]
+    row: Annotated[Row | None, "setting that keeps it; None if none does"]
+    runs: Annotated[int, "runs whose mean keeps it"]
+    why: Annotated[str, "there are none"]
 
 
-class Accuracy(NamedTuple):
+@record
+class Accuracy:
     """Error over run time. `text` and `write` report it."""
 
-    title: str
-    quantity: str
-    confidence: float
-    rows: tuple[Row, ...]
-    choices: tuple[Choice, ...]
-    shift: str  # what halving the bars of the finest network but one did
-    cautions: tuple[str, ...]
-    notes: tuple[str, ...]
-    recommended: Setting | None = None
-    recommended_scene: str = ""  # TOML
+    title: Annotated[str, "title of reports"]
+    quantity: Annotated[str, "what the errors are of"]
+    confidence: Annotated[float, "of the intervals"]
+    rows: Annotated[tuple[Row, ...], "each setting, the coarse first"]
+    choices: Annotated[tuple[Choice, ...], "cheapest settings that keep an error"]
+    shift: Annotated[str, "what halving the bars of the finest network but one did"]
+    cautions: Annotated[tuple[str, ...], "what the reader must know first"]
+    notes: Annotated[tuple[str, ...], "what was shot at, and how"]
+    recommended: Annotated[Setting | None, "setting of the first choice; None if none keeps the error"] = None
+    recommended_scene: Annotated[str, "TOML"] = ""
 
     def answer(self) -> list[str]:
         lines, (words, _) = [], QUANTITIES[self.quantity]
@@ -190,7 +196,8 @@ class Accuracy(NamedTuple):
             "bars graded step slack_balance shots unknown mean deviation error_percent low_percent high_percent",
         )
         heading = [*words.split(), *"stopped failed nodes node_steps seconds".split()]
-        rows = [(row.setting.bars, row.setting.graded, row.step, *row[2:8], *row.interval, *row[9:]) for row in self.rows]
+        values = [(row, list(vars(row).values())) for row in self.rows]
+        rows = [(row.setting.bars, row.setting.graded, row.step, *its[2:8], *row.interval, *its[9:]) for row, its in values]
         written(out / "accuracy.csv", csv_of(heading, [[filled(one) for one in row] for row in rows]))
         plot.accuracy(self, out / "accuracy.svg")
         results.save(self, out / "accuracy.json")
@@ -371,9 +378,8 @@ class Ladder:
 
 def ladder_of(settings: Sequence[Setting]) -> list[Setting]:
     """One network for each length of bars, coarse to fine: the graded one if there is one."""
-    return sorted(
-        {one.bars: one for one in sorted(settings, key=lambda one: one.graded) if one.is_network()}.values(), reverse=True
-    )
+    of_bars = {one.bars: one for one in sorted(settings, key=lambda one: one.graded) if one.is_network()}
+    return [of_bars[bars] for bars in sorted(of_bars, reverse=True)]
 
 
 def of_ladder(rows: Sequence[Row]) -> list[Row]:
@@ -486,23 +492,54 @@ def accuracy(
     bars: Sequence[float] = BARS,
     confidence: float = 0.95,
     keep: Place | None = None,
-    on: Any = None,
+    on: ensembles.Workers = None,
     progress: bool | None = None,
     say: Callable[[str], None] | None = None,
     title: str = "",
 ) -> Accuracy:
     """Error of a scene over its run time, and the cheapest settings that keep an error.
 
-    - `error`: percent that is asked for, above 0 and at most 50; None: a recommendation for each of ASKED;
-    - `quantity`: "absorbed" energy, "speed" left (0 of a stopped body), largest "deflection" of held cloth or ballistic "limit"
-      of single shots;
-    - `shots`: of each setting at first; with an error more where the scatter stands in the way, at most MOST;
-    - `budget`: s of this clock after which no setting begins that would not end within them;
-    - `bars`: lengths over the scene's, the coarse first;
-    - `whole`: no network is graded, as none is about a random attitude or a scene as it is aimed;
-    - `attitude`, `as_aimed`: as for a `Shooter`; `keep`, `on`, `progress`: as for `ensemble`; `say`: receives a line a setting.
+    Parameters
+    ----------
+    scene : Scene or str
+        Scene, or the name of a preset or a scene file.
+    error : float, optional
+        Error to keep, percent, above 0 and at most 50; default: a recommendation for each of 5, 2 and 1 %.
+    quantity : str
+        "absorbed" energy, "speed" left, largest "deflection" of held cloth, or ballistic "limit" of single shots.
+    shots : int
+        Shots of each setting at first; with an error more where the scatter stands in the way.
+    seed : int
+        Seed of yarns and impact points.
+    attitude : str, optional
+        "random": every orientation is equally likely; default: that of the scene.
+    as_aimed : bool
+        Whether shots fly as the scene says, not through a random point within one mesh.
+    budget : float
+        Time, s, after which no setting begins that would not end within it.
+    bars : sequence of float
+        Lengths of bars over the scene's, the coarse first.
+    whole : bool
+        Whether no network is graded, as none is about a random attitude or a scene as it is aimed.
+    confidence : float
+        Confidence of the intervals.
+    keep : path, optional
+        File of kept results: what is in it is not computed again.
+    on : int, str, Client or Cluster, optional
+        Number of processes, or Dask scheduler; default: a process for each core.
+    progress : bool, optional
+        Whether to show a progress bar; default: on a terminal.
+    say : callable, optional
+        Receives a line for each setting.
+    title : str
+        Title of reports.
 
-    Raises ValueError with the name of the argument; Refused if the scene cannot be simulated.
+    Raises
+    ------
+    ValueError
+        An argument is wrong; the message begins with its name.
+    Refused
+        The scene cannot be simulated.
     """
     scene = scene_of(scene)
     if quantity not in QUANTITIES:
@@ -599,8 +636,8 @@ def accuracy(
     # Time steps at the network that is recommended, else at the finest that costs no more than the scene's.
     rows = [one.row for one in found() if one.row]
     base = ladder.rung(rows[-1].setting.bars if rows else max(ladder.networks()[-2].bars, 1.0))
-    steps = [base._replace(step=step) for step in STEP_PARTS if abs(step - ladder.own_step) > 0.01]
-    steps += [] if scene["slack_balance"] or error is not None else [base._replace(balanced=True)]
+    steps = [dataclasses.replace(base, step=step) for step in STEP_PARTS if abs(step - ladder.own_step) > 0.01]
+    steps += [] if scene["slack_balance"] or error is not None else [dataclasses.replace(base, balanced=True)]
     for one in steps:
         run(one, len(ladder.shots[base]))
     rows, choices = ladder.rows(confidence), tuple(found())

@@ -12,11 +12,12 @@ Reference: G. Y. Zou, A. Donner, Statist. Med. 27 (2008) 1693; S. Holm, Scand. J
 12 (1947) 153.
 """
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy
 import scipy  # Its parts are loaded where they are used.
@@ -24,12 +25,13 @@ import scipy  # Its parts are loaded where they are used.
 from . import batch, checks, limit, network, results, shields, window
 from ._kernel import PRESETS, Scene
 from .about import CAVEAT, COMPARED, attachments, described, ending, folder, goes_on, of_others, options, positive
-from .ensembles import vary
+from .compared import model_error
+from .ensembles import Workers, vary
 from .family import Corrected, OwnTests
 from .files import Place, apart, csv_of, filled, shown, titled, written
-from .model_error import model_error
 from .notes import Note
 from .page import Page, notebook, printed
+from .record import record
 from .runs import scene_of
 from .textile import areal_density
 
@@ -38,49 +40,52 @@ MOST_PAIRS = 15
 """Pairs that a report lists; of more only neighbours in the ranking, and pairs.csv has all."""
 
 
-class Shield(NamedTuple):
+@record
+class Shield:
     """One shield. With a velocity that was asked for, `value` and `interval` are the share stopped there, percent."""
 
-    name: str
-    areal_density: float  # kg/m²
-    value: float  # V50, m/s; NaN if there is none
-    interval: limit.Interval
-    why: str  # there is no limit
-    window: bool  # slower shots go through while faster ones are stopped
-    shift: network.Shift | None
-    corrected: Corrected | None
-    against: str  # of the model against tests
-    shots: int
-    node_steps: float
-    cautions: tuple[Note, ...]  # what the reader must know first
-    notes: tuple[str, ...]
+    name: Annotated[str, "name"]
+    areal_density: Annotated[float, "kg/m²"]
+    value: Annotated[float, "V50, m/s; NaN if there is none"]
+    interval: Annotated[limit.Interval, "of value"]
+    why: Annotated[str, "there is no limit"]
+    window: Annotated[bool, "slower shots go through while faster ones are stopped"]
+    shift: Annotated[network.Shift | None, "of the limit by bars half as long"]
+    corrected: Annotated[Corrected | None, "limit as own tests correct it"]
+    against: Annotated[str, "of the model against tests"]
+    shots: Annotated[int, "number of shots"]
+    node_steps: Annotated[float, "cost"]
+    cautions: Annotated[tuple[Note, ...], "what the reader must know first"]
+    notes: Annotated[tuple[str, ...], "of the test"]
 
 
-class Pair(NamedTuple):
+@record
+class Pair:
     """Two shields, the better one first."""
 
-    first: str
-    second: str
-    percent: float  # limit of the first over that of the second, less 1; with a velocity: difference of the shares stopped
-    interval: limit.Interval
-    p: float  # corrected by Holm
-    verdict: str
-    differs: bool
-    shots: float  # of each shield from which on such a difference would be beyond its error; NaN where it is, or is not known
-    node_steps: float
+    first: Annotated[str, "better shield"]
+    second: Annotated[str, "other shield"]
+    percent: Annotated[float, "limit of the first over that of the second, less 1; or difference of shares"]
+    interval: Annotated[limit.Interval, "of percent"]
+    p: Annotated[float, "corrected by Holm"]
+    verdict: Annotated[str, "whether the network or own tests change what p says"]
+    differs: Annotated[bool, "whether the difference is beyond its error"]
+    shots: Annotated[float, "shots of each that such a difference needs; NaN where it differs, or is not known"]
+    node_steps: Annotated[float, "cost of both"]
 
 
-class Comparison(NamedTuple):
+@record
+class Comparison:
     """Shields, ranked. `text` and `write` report them."""
 
-    title: str
-    at: float  # velocity, m/s; NaN: limits
-    confidence: float
-    shields: tuple[Shield, ...]  # the best first
-    pairs: tuple[Pair, ...]
-    axes: tuple[tuple[str, ...], ...]  # of a table of parameters: name, parameters and their cells of each shield
-    cautions: tuple[str, ...]  # what the reader must know first
-    notes: tuple[str, ...]
+    title: Annotated[str, "title of reports"]
+    at: Annotated[float, "velocity, m/s; NaN: limits"]
+    confidence: Annotated[float, "of the intervals"]
+    shields: Annotated[tuple[Shield, ...], "the best first"]
+    pairs: Annotated[tuple[Pair, ...], "every two shields"]
+    axes: Annotated[tuple[tuple[str, ...], ...], "of a table of parameters: name, parameters and their cells of each shield"]
+    cautions: Annotated[tuple[str, ...], "what the reader must know first"]
+    notes: Annotated[tuple[str, ...], "what was shot at, and how"]
 
     def unit(self) -> str:
         return "m/s" if math.isnan(self.at) else "%"
@@ -186,7 +191,20 @@ class Comparison(NamedTuple):
             for one in self.shields
         ]
         written(out / "compare.csv", csv_of([*heading, *own], [[filled(one) for one in row] for row in rows]))
-        pairs = [(*pair[:3], *pair.interval, *pair[4:]) for pair in self.pairs]
+        pairs = [
+            (
+                pair.first,
+                pair.second,
+                pair.percent,
+                *pair.interval,
+                pair.p,
+                pair.verdict,
+                pair.differs,
+                pair.shots,
+                pair.node_steps,
+            )
+            for pair in self.pairs
+        ]
         heading = (
             "first second difference_percent low_percent high_percent p_holm verdict differs shots_needed node_steps".split()
         )
@@ -297,7 +315,7 @@ def decided(pairs: Sequence[Pair], confidence: float) -> tuple[Pair, ...]:
         differs = p < 1.0 - confidence and pair.differs
         said = "differs" if differs else "not distinguished" if p >= 1.0 - confidence else ""
         verdict = "; ".join(filter(None, [said, pair.verdict]))
-        found.append(pair._replace(p=p, verdict=verdict, differs=differs, shots=math.nan if differs else pair.shots))
+        found.append(dataclasses.replace(pair, p=p, verdict=verdict, differs=differs, shots=math.nan if differs else pair.shots))
     return tuple(found)
 
 
@@ -325,7 +343,8 @@ def named(scenes: "Sequence[Scene | str] | Mapping[str, Scene]") -> dict[str, Sc
     else:
         found = {}
         for number, one in enumerate(scenes, 1):
-            name = shown(one).removesuffix(".toml") if isinstance(one, str) else f"shield {number}"
+            name = titled(one).removesuffix(".toml") if isinstance(one, str) else f"shield {number}"
+            name = shown(one).removesuffix(".toml") if name in found and isinstance(one, str) else name
             if name in found:
                 raise ValueError(f"scenes: {one} is there twice")
             found[name] = scene_of(one)
@@ -346,16 +365,48 @@ def compare(
     network: bool = True,
     axes: Sequence[Sequence[str]] = (),
     keep: Place | None = None,
-    on: Any = None,
+    on: Workers = None,
     progress: bool | None = None,
     title: str = "Shields compared",
 ) -> Comparison:
     """Limits of shields with their intervals, ranked, and which of them differ beyond their error.
 
-    scenes: two or more, as scenes, files or presets, or by their names; at: compare the shares stopped at this velocity, m/s;
-    shots: of each shield; attitude: as for `vary`; own_tests: correct the limits; network: whether the shift with bars half as
-    long is computed; axes: of a table of parameters, for the plot; keep: a folder for what is computed; on, progress: as for
-    `ensemble`. Raises ValueError with the name of the argument or the scene."""
+    Parameters
+    ----------
+    scenes : sequence or mapping of Scene or str
+        Two shields or more, or shields by their names.
+    at : float, optional
+        Velocity, m/s: compare the shares stopped there instead of the limits.
+    shots : int
+        Shots of each shield.
+    seed : int
+        Seed of yarns and impact points.
+    attitude : str, optional
+        As for `vary`.
+    confidence : float
+        Confidence of the intervals, and of all differences together.
+    own_tests : OwnTests, optional
+        Own firing tests that correct the limits.
+    network : bool
+        Whether the shift by bars half as long is computed.
+    axes : sequence of sequence of str
+        Cells of a table of parameters, for the plot.
+    keep : path, optional
+        Folder of kept results.
+    on : int, str, Client or Cluster, optional
+        Number of processes, or Dask scheduler; default: a process for each core.
+    progress : bool, optional
+        Whether to show a progress bar; default: on a terminal.
+    title : str
+        Title of reports.
+
+    Raises
+    ------
+    ValueError
+        An argument is wrong; the message begins with its name.
+    Refused
+        The scene cannot be simulated.
+    """
     checks.whole("shots", shots, 6 if at is None else 1)
     checks.confident(confidence)
     every = named(scenes)
@@ -387,7 +438,7 @@ def compare(
     warned: dict[str, list[tuple[str, Note]]] = {}
     for shield in ranked:
         for caution in shield.cautions:
-            warned.setdefault(caution.code, []).append((shield.name, caution))
+            warned.setdefault(caution.kind, []).append((shield.name, caution))
     where = lambda its: "" if len(its) == len(ranked) else f"{'; '.join(name for name, _ in its)}: "
     worst = lambda its: max((note for _, note in its), key=lambda note: note.numbers.get("most") or 0.0)
     cautions = [unlike(list(every.values())), *(f"{where(its)}{worst(its)}" for its in warned.values())]
@@ -406,8 +457,8 @@ def compare(
 
 
 def coded(**texts: str) -> list[Note]:
-    """Notes by their codes; none of an empty text."""
-    return [Note(text, code, {}) for code, text in texts.items() if text]
+    """Notes by their kinds; none of an empty text."""
+    return [Note(text, kind, {}) for kind, text in texts.items() if text]
 
 
 def with_limit(name: str, scenes: Sequence[Scene], one: shields.Tested, own: OwnTests | None) -> Shield:

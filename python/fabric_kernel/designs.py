@@ -75,7 +75,7 @@ class Guess:
     """Largest standard deviation of single limits over V50; limited with a bracket, whose factors suppose that no limit is
     negative."""
 
-    def __init__(self, low: float, high: float, sigma: Any, link: Any = "probit") -> None:
+    def __init__(self, low: float, high: float, sigma: float, link: str = "probit") -> None:
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
             raise ValueError("low, high: low must be below high")
         if not (sigma > 0 and math.isfinite(sigma)):
@@ -142,6 +142,18 @@ class Guess:
 
 
 class Neyer(Guess):
+    """Neyer's D-optimal design of a test; `Neyer.bracketed(first)` is the one without a guess of V50.
+
+    Parameters
+    ----------
+    low, high : float
+        Velocities, m/s, between which V50 probably lies.
+    sigma : float
+        Guess of the standard deviation of single limits, m/s.
+    link : str
+        Law of single limits, "probit" or "logit".
+    """
+
     name = "Neyer's D-optimal design"
 
     @property

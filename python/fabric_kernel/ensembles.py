@@ -8,6 +8,7 @@ import collections
 import functools
 import hashlib
 import json
+import logging
 import math
 import multiprocessing
 import numbers
@@ -17,12 +18,11 @@ import signal
 import sys
 import threading
 import time
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypedDict
 
 import numpy
 from tqdm.auto import tqdm
@@ -30,11 +30,38 @@ from tqdm.auto import tqdm
 from . import _kernel, checks
 from ._kernel import Scene
 from .files import Place, naming
+from .notes import Note, warn
 from .runs import STEPS, UNTIL, doubts, flown, named, scene_of, with_attrs
 from .textile import spacings
 
 if TYPE_CHECKING:
+    import distributed
     import pandas
+
+Workers: TypeAlias = "int | str | distributed.Client | distributed.deploy.Cluster | None"
+"""Number of processes, or Dask scheduler."""
+
+
+class Frozen(Protocol):
+    """Frozen distribution of scipy.stats."""
+
+    def rvs(self, *, random_state: numpy.random.Generator) -> float: ...
+
+
+Distribution: TypeAlias = float | Sequence[object] | Frozen | None
+"""A number, a sequence of which each element is equally likely, or a frozen distribution of scipy.stats."""
+
+
+class Options(TypedDict, total=False):
+    """Keyword arguments of `ensemble`."""
+
+    keep: Place | None
+    on: Workers
+    until: Sequence[str] | str
+    steps: int
+    batch: int
+    progress: bool | None
+
 
 PATIENCE = 3
 """So many times in a row a worker may die before a run has come to its end."""
@@ -42,6 +69,7 @@ MOST_KEPT = 2**32
 """Bytes of a file of kept results, some four million."""
 LONGEST_LINE = 2**16
 """Bytes of one of its lines, most of which have some 1000."""
+LOG = logging.getLogger("fabric_kernel")
 BUILD = hashlib.sha256(Path(_kernel.__file__).read_bytes()).hexdigest()
 """What tells one build of the kernel from another: their bits may differ, whatever their version says."""
 
@@ -54,26 +82,41 @@ def ensemble(
     scenes: Iterable[Scene | str],
     *,
     keep: Place | None = None,
-    on: Any = None,
+    on: Workers = None,
     until: Sequence[str] | str = UNTIL,
     steps: int = STEPS,
     batch: int = 1,
     progress: bool | None = None,
 ) -> "pandas.DataFrame":
-    """Runs every scene (`fly`) and returns a table with a row for each, in their order.
+    """Runs every scene, and returns a table in their order.
 
-    A row has the `key` of its run, the parameters in which the scenes differ, and what `fly` returns.
+    A row has the `key` of its run, the parameters in which the scenes differ, and the fields of `Flight`. It warns
+    (`ModelWarning`) where results are in doubt, or where runs of different scenes are equal.
 
-    - `keep`: a file that receives each result as it comes, one JSON object a line. What is in it already is not run again, so a
-      call that was killed goes on where it was. A result belongs to a scene, `until`, `steps` and one build of this package.
-    - `on`: where it runs. None: a process for each core; a number: so many processes; the address of a Dask scheduler, or a
-      `distributed.Client` or cluster (for SLURM `dask_jobqueue.SLURMCluster`).
-    - `batch`: runs that a worker gets at a time. A task should take a second or so on a large cluster.
-    - `progress`: whether to show a progress bar; None: on a terminal; elsewhere a line on stderr each half minute.
+    Parameters
+    ----------
+    scenes : iterable of Scene or str
+        Scenes, or names of presets or scene files.
+    keep : path, optional
+        File that receives each result as it comes, a line of JSON each. What is in it is not run again. A result belongs to a
+        scene, `until`, `steps` and one build of the package.
+    on : int, str, Client or Cluster, optional
+        Number of processes, or Dask scheduler; default: a process for each core.
+    until : str or sequence of str
+        Outcomes that end a run.
+    steps : int
+        Most steps of a run.
+    batch : int
+        Runs that a worker gets at a time; a task should take a second or so on a large cluster.
+    progress : bool, optional
+        Whether to show a progress bar; default: on a terminal; elsewhere a line of the log each half minute.
 
-    Warns (RuntimeWarning) if some of the results are not to be trusted as they are (`fly`), or if runs of different scenes are
-    equal, as where a scene draws nothing from its seed. Raises Refused, with the name of the field, if a scene cannot be
-    simulated; ClusterLost if the workers are gone.
+    Raises
+    ------
+    Refused
+        A scene cannot be simulated; `field` names what is wrong.
+    ClusterLost
+        The workers are gone; what was kept is not lost.
     """
     if isinstance(scenes, (Scene, str)):
         raise TypeError("scenes: must be a list of scenes; of one scene it is [scene]")
@@ -84,8 +127,7 @@ def ensemble(
     work = functools.partial(_fly, until=until, steps=steps)
     rows = each(work, dict(zip(keys, every)), keep=keep, on=on, batch=batch, progress=progress)
     different = dict(zip(keys, every))
-    for doubt in doubts(list(different.values()), [rows[key] for key in different]) + _repeats(list(rows.values())):
-        warnings.warn(doubt, RuntimeWarning, stacklevel=2)
+    warn(doubts(list(different.values()), [rows[key] for key in different]) + _repeats(list(rows.values())))
     return _table(keys, every, rows)
 
 
@@ -94,7 +136,7 @@ def each(
     jobs: Mapping[str, Any],
     *,
     keep: Place | None = None,
-    on: Any = None,
+    on: Workers = None,
     batch: int = 1,
     progress: bool | None = None,
     name: str | None = None,
@@ -120,7 +162,7 @@ def each(
                 bar.update(len(results))
                 if lines and time.monotonic() - told > 30.0:
                     told = time.monotonic()
-                    print(f"{name or 'runs'}: {len(rows)} of {len(jobs)}", file=sys.stderr, flush=True)
+                    LOG.info("%s: %d of %d", name or "runs", len(rows), len(jobs))
         except ClusterLost as lost:
             where = f"; they are in {keep}: the same call goes on from there" if keep is not None else ""
             raise ClusterLost(f"{lost} after {len(rows)} of {len(jobs)} runs{where}") from lost.__cause__
@@ -205,7 +247,7 @@ def _begin() -> None:
 def _on_cluster(work: Any, tasks: list[list[Any]], on: Any) -> Iterator[list[tuple[str, str]]]:
     """On a Dask cluster, which gives the tasks of a worker that dies to the others. A worker with another build is refused: those
     that are there by their address before the first task, later ones by their first task."""
-    import distributed
+    from .extras import distributed
 
     mine = not isinstance(on, distributed.Client)
     try:
@@ -266,7 +308,7 @@ def append(path: Path, results: list[tuple[str, str]]) -> None:
         file.write("".join(f'{{"key": "{key}", "row": {line}}}\n' for key, line in results))
 
 
-def _repeats(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def _repeats(rows: Sequence[Mapping[str, Any]]) -> list[Note]:
     """Says how many results of different scenes are equal. The digest differs with the scene, so it does not count; runs without
     contact may well be alike."""
     touched = [row for row in rows if row["absorbed"]]
@@ -274,16 +316,17 @@ def _repeats(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     alike = sum(count for count in counts.values() if count > 1)
     if not alike:
         return []
-    return [
+    text = (
         f"{alike} of {len(rows)} runs have the result of another run, to the bit: what their scenes differ by changes nothing. "
         "The seed changes nothing where yarn is not sampled (yarn.stochastic and yarn.strength_draw); vary something else, "
         "such as the impact point (`vary`)."
-    ]
+    )
+    return [Note(text, "equal_runs", {"runs": alike, "of": len(rows)})]
 
 
 def _table(keys: list[str], scenes: Sequence[Scene], rows: Mapping[str, dict[str, Any]]) -> "pandas.DataFrame":
     """The table: keys, the parameters that differ, and the results."""
-    import pandas  # Half a second, which workers need not spend.
+    from .extras import pandas  # Half a second, which workers need not spend.
 
     values = [_flat(scene.to_dict()) for scene in scenes]
     names = {name: None for one in values for name in one}
@@ -304,10 +347,6 @@ def _flat(values: Mapping[str, Any]) -> dict[str, Any]:
     return flat
 
 
-Distribution = Any
-"""A number, a sequence of which each element is equally likely, or a frozen distribution of scipy.stats."""
-
-
 def vary(
     base: Scene | str,
     count: int,
@@ -319,20 +358,37 @@ def vary(
     tilt: Distribution = None,
     parameters: Mapping[str, Distribution] | None = None,
 ) -> list[Scene]:
-    """Scenes that differ from `base` by what is drawn for each; always by the seed of the yarn.
+    """Scenes that differ from a scene by what is sampled for each; always by the seed of the yarn.
 
-    Each of what follows is a number, a sequence of which each element is equally likely, or a frozen distribution of scipy.stats:
-    `(40, 60)` is 40 or 60, and no range; `scipy.stats.uniform(40, 60)` is the range from 40 to 100, as its second argument is the
-    width.
+    A distribution is a number, a sequence of which each element is equally likely, or a frozen distribution of scipy.stats:
+    `(40, 60)` is 40 or 60; `scipy.stats.uniform(40, 60)` is the range from 40 to 100. The samples of scene k depend on `seed` and
+    k alone. With a point, an attitude or a tilt the projectile is placed against the sheet (`Scene.aimed`).
 
-    - `speed`: of the projectile, m/s, above 0, in the direction it has in `base`;
-    - `point`: where its centre meets the plane of the sheet, m from the middle, along x and along y;
-    - `attitude`: "random": every orientation is equally likely; or a unit quaternion, scalar first;
-    - `tilt`: angle, rad, by which the body is turned besides, about an axis across its velocity, all of which are equally likely;
-    - `parameters`: any others, by their names.
+    Parameters
+    ----------
+    base : Scene or str
+        Scene, or the name of a preset or a scene file.
+    count : int
+        Number of scenes.
+    seed : int
+        Seed of the samples.
+    speed : distribution, optional
+        Speed in the direction that the projectile has, m/s.
+    point : pair of distributions, optional
+        Point where its centre meets the plane of the sheet, m from the middle along x and y.
+    attitude : str or (4,) sequence of float, optional
+        "random": every orientation is equally likely; or a unit quaternion, scalar first.
+    tilt : distribution, optional
+        Angle, rad, by which the body is turned about an axis across its velocity, all of which are equally likely.
+    parameters : mapping, optional
+        Distributions of other parameters by their names.
 
-    The draws of scene k depend on `seed` and k alone, so a longer list begins with the shorter one. With a point, an attitude or
-    a tilt the projectile is placed against the sheet (`Scene.aimed`).
+    Raises
+    ------
+    ValueError
+        An argument is wrong; the message begins with its name.
+    Refused
+        The scene cannot be simulated.
     """
     base = scene_of(base)
     checks.whole("count", count, 0)
@@ -351,7 +407,7 @@ def within_mesh(scene: Scene, point: Sequence[float]) -> tuple[Distribution, Dis
     return tuple(scipy.stats.uniform(middle - 0.5 * h, h) for middle, h in zip(point, spacings(scene)))
 
 
-def _draw(name: str, distribution: Distribution, random: numpy.random.Generator, words: bool = False) -> Any:
+def _draw(name: str, distribution: Any, random: numpy.random.Generator, words: bool = False) -> Any:
     """A draw, which is a finite number; of a parameter, whose `words` the scene checks, anything that is no infinite one."""
     drawn = distribution
     if hasattr(distribution, "rvs"):

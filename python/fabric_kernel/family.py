@@ -18,17 +18,18 @@ J. P. T. Higgins, S. G. Thompson, D. J. Spiegelhalter, J. R. Statist. Soc. A 172
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy
 import scipy  # Its parts are loaded where they are used.
 
 from . import limit, results
 from ._kernel import Scene
+from .compared import Series, ahead, merged
 from .ensembles import BUILD
 from .files import Place, csv_of, written
-from .model_error import Series, ahead, merged
 from .page import Page, notebook, printed
+from .record import record
 from .textile import areal_density, from_edge, sides, spacings
 
 FILE, TREND = "own_tests.json", 0.05
@@ -42,46 +43,50 @@ class Measured(NamedTuple):
     error: float  # its standard error, of ln v
 
 
-class Tested(NamedTuple):
+@record
+class Tested:
     """One shield that was shot at."""
 
-    name: str
-    measured: float  # V50, m/s
-    measured_error: float  # standard error of ln v
-    computed: float  # m/s
-    computed_error: float
-    areal_density: float  # kg/m²
-    mass: float  # of the projectile, kg
+    name: Annotated[str, "name"]
+    measured: Annotated[float, "V50, m/s"]
+    measured_error: Annotated[float, "standard error of ln v"]
+    computed: Annotated[float, "m/s"]
+    computed_error: Annotated[float, "standard error of ln v"]
+    areal_density: Annotated[float, "kg/m²"]
+    mass: Annotated[float, "of the projectile, kg"]
 
     def e(self) -> float:
         return math.log(self.measured / self.computed)
 
 
-class Left(NamedTuple):
+@record
+class Left:
     """One shield against the interval that the others give."""
 
-    name: str
-    percent: float  # measured over predicted
-    low: float  # m/s
-    high: float
-    inside: bool
+    name: Annotated[str, "name"]
+    percent: Annotated[float, "measured over predicted"]
+    low: Annotated[float, "m/s"]
+    high: Annotated[float, "m/s"]
+    inside: Annotated[bool, "whether the measured limit lies within"]
 
 
-class Corrected(NamedTuple):
+@record
+class Corrected:
     """Limit of a shield as own tests correct it, m/s; NaN where they do not hold."""
 
-    value: float
-    interval: limit.Interval
-    words: str
+    value: Annotated[float, "limit, m/s; NaN where the tests do not hold"]
+    interval: Annotated[limit.Interval, "m/s"]
+    words: Annotated[str, "a sentence of it"]
 
 
-class Pooled(NamedTuple):
+@record
+class Pooled:
     """Mean of some e, its error q, and the scatter s among shields."""
 
-    b: float
-    q: float
-    s: float
-    tests: int
+    b: Annotated[float, "mean of ln(measured/computed)"]
+    q: Annotated[float, "standard error of b"]
+    s: Annotated[float, "scatter among shields"]
+    tests: Annotated[int, "number of shields"]
 
     def half(self, own: float = 0.0, confidence: float = 0.95) -> float:
         """Half of the interval of ln(measured/computed) of another shield, whose computed limit has this standard error."""
@@ -127,19 +132,20 @@ def trends(tests: Sequence[Tested]) -> list[str]:
     return found
 
 
-class OwnTests(NamedTuple):
+@record
+class OwnTests:
     """Own tests against the model. `corrected` is what they say of another shield; `write` reports them."""
 
-    title: str
-    tests: tuple[Tested, ...]
-    pool: Pooled
-    confidence: float
-    trends: tuple[str, ...]
-    left_out: tuple[Left, ...]  # none of two tests
-    about: dict[str, Any]  # ranges of the tests, as comparisons.toml has them
-    network: dict[str, Any]  # spacings, m, and whether plies are separate
-    build: str
-    said: tuple[str, ...] = ()  # shields that are left out, and doubts of computed limits
+    title: Annotated[str, "title of reports"]
+    tests: Annotated[tuple[Tested, ...], "each shield"]
+    pool: Annotated[Pooled, "mean and scatter of ln(measured/computed)"]
+    confidence: Annotated[float, "of the intervals"]
+    trends: Annotated[tuple[str, ...], "quantities over which the ratio has a trend"]
+    left_out: Annotated[tuple[Left, ...], "none of two tests"]
+    about: Annotated[dict[str, Any], "ranges of the tests, as comparisons.toml has them"]
+    network: Annotated[dict[str, Any], "spacings, m, and whether plies are separate"]
+    build: Annotated[str, "SHA-256 of the kernel's library"]
+    said: Annotated[tuple[str, ...], "shields that are left out, and doubts of computed limits"] = ()
 
     @classmethod
     def read(cls, path: Place) -> "OwnTests":
@@ -271,7 +277,7 @@ class OwnTests(NamedTuple):
         out = Path(place)
         plot.own_tests(self, out / "own_tests.svg")
         heading = ("shield", "measured_m_per_s", "measured_log_error", "computed_m_per_s", "computed_log_error")
-        rows = [(*one, math.exp(one.e())) for one in self.tests]
+        rows = [(*vars(one).values(), math.exp(one.e())) for one in self.tests]
         written(out / "own_tests.csv", csv_of((*heading, "areal_density_kg_per_m2", "mass_kg", "ratio"), rows))
         results.save(self, out / FILE)
         page = Page(self.title)

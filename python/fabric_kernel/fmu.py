@@ -22,7 +22,6 @@ from xml.etree import ElementTree
 import numpy
 
 from . import about as scenes
-from . import sheets
 from ._kernel import PRESETS, VERSION, Scene, Simulation, parameters
 from .files import apart, written
 
@@ -142,6 +141,8 @@ def started(root: Any, words: dict[str, list[int]]) -> dict[str, list[str]]:
 
 def picture(scene: Scene, simulation: Simulation) -> str:
     """Sheet and projectile from the front and from the side, and what they are."""
+    from . import sheets  # Which needs matplotlib.
+
     nodes = simulation.positions()
     rows, columns, plies = nodes.shape[0], nodes.shape[1], scene["stack.plies"]
     some = lambda count: [*range(0, count, max(1, count // 60)), count - 1]
@@ -313,7 +314,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             files[f"{name}.ssp"] = system(name, files[f"{name}-fmi2.fmu"])
         apart([given.scene, *archives], [given.out / file for file in files])
         given.answer = {str(given.out / file): len(data) for file, data in files.items()}
-        with scenes.folder(given.out):
+        with scenes.folder(given.out, "numpy"):
             for file, data in files.items():
                 written(given.out / file, data)
                 print(f"{given.out / file}: {len(data)} bytes", flush=True)

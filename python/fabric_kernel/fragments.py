@@ -12,19 +12,20 @@ import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import numpy
 
 from . import checks, lookup, results, window
 from ._kernel import Scene
 from .about import CAVEAT, cautions, command, described, finished, of_a_scene, own_tests_of, positive
-from .ensembles import ensemble, vary, within_mesh
+from .compared import model_error
+from .ensembles import Options, ensemble, vary, within_mesh
 from .family import OwnTests
 from .files import Place, shown, titled, written
-from .model_error import model_error
-from .notes import Note
+from .notes import ModelWarning, Note
 from .page import Page
+from .record import record
 from .runs import DECIDED, UNTIL, scene_of, with_attrs, with_units
 from .shots import share_within
 
@@ -81,26 +82,46 @@ def fragment_map(
     shots: int = 20,
     seed: int = 1,
     confidence: float = 0.95,
-    **options: Any,
+    **options: Unpack[Options],
 ) -> "pandas.DataFrame":
-    """Shoots the projectile of a scene at its sheet and returns a table with a row for each velocity, attitude and impact point.
+    """Shoots the projectile of a scene at its sheet over velocities, attitudes and impact points.
 
-    - `velocities`: m/s, in the direction that the projectile has in the scene;
-    - `attitudes`: by a name each, a unit quaternion (scalar first), or "random": every orientation is equally likely;
-    - `points`: where the centre meets the plane of the sheet, m from the middle;
-    - `shots`: of each cell; other `options` are those of `ensemble` (`keep`, `on`, ...), but a shot ends when it is decided, at
-      `runs.DECIDED`, if `until` does not say otherwise.
+    Parameters
+    ----------
+    shield : Scene or str
+        Scene, or the name of a preset or a scene file.
+    velocities : sequence of float
+        Velocities, m/s, in the direction that the projectile has.
+    attitudes : mapping
+        By a name each a unit quaternion, scalar first, or "random": every orientation is equally likely.
+    points : sequence of pairs of float
+        Points where the centre meets the plane of the sheet, m from the middle.
+    shots : int
+        Shots of each cell.
+    seed : int
+        Seed of yarns and impact points.
+    confidence : float
+        Confidence of the intervals.
+    options : optional
+        Options of `ensemble`; a shot ends when it is decided (`runs.DECIDED`) without `until`.
 
-    Columns: `velocity`, `attitude`, `point_x`, `point_y`; `shots`, of which `through`, `stopped`, `missed` (passed without
-    contact) and `unknown` (none of these came, or the computation failed); `perforation`, the share that went through of those
-    known, with its interval from `low` to `high` (exact, Clopper and Pearson, of those not missed; a shot of unknown end may
-    have ended either way); `residual_speed` (m/s) and `residual_kinetic` (J), the means of those that went through, and
-    `absorbed` and `viscous` (J; what the viscosity of the yarn took of it), of all known, each with its standard deviation,
-    `..._sd`.
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each cell: `velocity`, `attitude`, `point_x`, `point_y`; `shots`, of which `through`, `stopped`, `missed`
+        (without contact) and `unknown`; `perforation`, the share of those known that went through, with its exact interval from
+        `low` to `high` (an unknown end may have been either); means `residual_speed` (m/s), `residual_kinetic` (J) of those
+        that went through, `absorbed` and `viscous` (J) of all known, each with its standard deviation, `..._sd`.
 
-    Raises Refused, with the name of the argument, for a point beside the sheet or an impossible attitude.
+    Raises
+    ------
+    ValueError
+        An argument is wrong; the message begins with its name.
+    Refused
+        The scene cannot be simulated.
     """
-    import pandas
+
+    from .extras import pandas
 
     shield = scene_of(shield)
     checks.whole("shots", shots, 1)
@@ -110,7 +131,7 @@ def fragment_map(
     attitudes = {name: checks.listed(attitude) for name, attitude in attitudes.items()}
     named(attitudes)
     for twice in (*checks.twice("velocities", velocities), *checks.twice("points", list(map(tuple, points)))):
-        warnings.warn(twice, RuntimeWarning, stacklevel=2)
+        warnings.warn(ModelWarning(twice, "given_twice"), stacklevel=2)
     velocities, points = list(dict.fromkeys(velocities)), list(dict.fromkeys((x, y) for x, y in points))
     for point in points:
         shield.aimed(point)
@@ -121,7 +142,8 @@ def fragment_map(
         scenes += vary(
             shield, shots, seed=cell_seed, speed=velocity, point=within_mesh(shield, point), attitude=attitudes[attitude]
         )
-    shot = ensemble(scenes, **{"until": DECIDED} | options)
+    options.setdefault("until", DECIDED)
+    shot = ensemble(scenes, **options)
     rows = []
     for number, (velocity, attitude, (x, y)) in enumerate(cells):
         runs = shot.iloc[number * shots : (number + 1) * shots]
@@ -157,7 +179,7 @@ def below(
 ) -> "pandas.DataFrame":
     """A map of the ladder below the limit of each attitude and impact point of a map (`window.py`). shot: `fragment_map` with all
     but velocities, attitudes and points, one shot a rung."""
-    import pandas
+    from .extras import pandas
 
     rungs = [(of, window.ladder(velocities, results, 0.95)) for of, velocities, results in lines_of(table) if len(results)]
     return pandas.concat(
@@ -204,26 +226,26 @@ def answer(table: "pandas.DataFrame", slower: "pandas.DataFrame | None" = None) 
         )
         looked = window.looked_at(rungs, passed, 0.95) if len(rungs) else ()
         if hole:
-            found.append(Note(f"{where} {hole.sentence()}", window.NO_LIMIT, hole._asdict()))
+            found.append(Note(f"{where} {hole.sentence()}", window.NO_LIMIT, vars(hole)))
         found += [f"{where} {line}" for line in (f"{low}, {high}.", *(line for line in looked if line and not hole))]
     return found
 
 
-class Map(NamedTuple):
+@record
+class Map:
     """What `fabric fragments` finds: rows of `fragment_map`, and of the ladder below the limits. `write` reports it."""
 
-    title: str
-    answer: tuple[str, ...]
-    cells: tuple[dict[str, Any], ...]
-    below: tuple[dict[str, Any], ...]
-    about: tuple[str, ...]
-    shot_at: tuple[str, ...]  # sheet, projectile and version
+    title: Annotated[str, "title of reports"]
+    answer: Annotated[tuple[str, ...], "a sentence for each attitude and point"]
+    cells: Annotated[tuple[dict[str, Any], ...], "rows of `fragment_map`"]
+    below: Annotated[tuple[dict[str, Any], ...], "rows of the ladder below the limits"]
+    about: Annotated[tuple[str, ...], "what was shot"]
+    shot_at: Annotated[tuple[str, ...], "sheet, projectile and version"]
 
     def write(self, folder: Place) -> None:
         """report.html (everything inside), map.svg and fragments.json."""
-        import pandas
-
         from . import plot
+        from .extras import pandas
 
         folder, table = Path(folder), pandas.DataFrame(self.cells)
         table = with_attrs(table.astype({name: float for name in table if table[name].isna().any()}))
@@ -334,11 +356,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
             fragment_map, scene, keep=given.out / "runs.jsonl", on=on, until=UNTIL if given.to_the_end else DECIDED
         )
         with warnings.catch_warnings(record=True) as doubts:
-            warnings.simplefilter("always", RuntimeWarning)
+            warnings.simplefilter("always", ModelWarning)
             table = shot(velocities=velocities, seed=given.seed, **of)
-        decisive = [str(doubt.message) for doubt in doubts if doubt.category is RuntimeWarning]
-        for doubt in decisive:
-            warnings.warn(doubt, RuntimeWarning, stacklevel=1)
+        told = [doubt.message for doubt in doubts if doubt.category is ModelWarning]
+        for doubt in told:
+            warnings.warn(doubt, stacklevel=1)
+        decisive = list(map(str, told))
         print(with_units(table).loc[:, :"high"].to_string(index=False))
         slower = below(table, attitudes, functools.partial(shot, shots=1, seed=given.seed + 2))
         lines = sorted(answer(table, slower), key=lambda line: not isinstance(line, Note))

@@ -20,9 +20,10 @@ Reference: B. T. Neyer, in: Proc. 16th Int. Pyrotechnics Seminar (1991), for the
 27; J. P. Lambert and G. H. Jonas, BRL Report 1852 (1976); MIL-STD-662F (1997).
 """
 
+import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy
 import scipy  # Its parts are loaded where they are used.
@@ -31,6 +32,7 @@ from numpy.typing import ArrayLike
 from . import checks, designs
 from .checks import Array
 from .likelihood import LARGEST, LINKS, ends, firth, maximum, possible, possible_ratio, ratio
+from .record import record
 
 SHARES = (0.01, 0.5, 0.99)
 FEWEST = 10
@@ -55,24 +57,24 @@ class Interval(NamedTuple):
         return f"above {low}" if low else f"below {high}" if high else "no bound"
 
 
-class Fit(NamedTuple):
+@record
+class Fit:
     """One test."""
 
-    link: str
-    confidence: float
-    shots: int
-    through: int
-    method: str  # "maximum likelihood", "Firth" or "none"
-    mu: float  # V50, m/s; NaN if there is no estimate
-    sigma: float  # scale of F, m/s
-    deviation: float  # standard deviation of single limits, m/s
-    shares: tuple[float, ...]
-    velocities: tuple[float, ...]  # at which these shares go through, m/s; NaN where not known
-    intervals: tuple[Interval, ...]
-    # whether an end of this interval is given by the assumption about the standard deviation, or by nothing
-    assumed: tuple[bool, ...]
-    profile: tuple[Interval, ...]  # plain profile-likelihood intervals
-    notes: tuple[str, ...]  # what the reader must know
+    link: Annotated[str, "probit or logit"]
+    confidence: Annotated[float, "of the intervals"]
+    shots: Annotated[int, "number of shots"]
+    through: Annotated[int, "shots that went through"]
+    method: Annotated[str, "maximum likelihood, Firth or none"]
+    mu: Annotated[float, "V50, m/s; NaN if there is no estimate"]
+    sigma: Annotated[float, "scale of F, m/s"]
+    deviation: Annotated[float, "standard deviation of single limits, m/s"]
+    shares: Annotated[tuple[float, ...], "shares that velocities are given for"]
+    velocities: Annotated[tuple[float, ...], "at which these shares go through, m/s; NaN where not known"]
+    intervals: Annotated[tuple[Interval, ...], "of velocities, m/s"]
+    assumed: Annotated[tuple[bool, ...], "whether an end of the interval is assumed (`LARGEST`), or open"]
+    profile: Annotated[tuple[Interval, ...], "plain profile-likelihood intervals"]
+    notes: Annotated[tuple[str, ...], "what the reader must know"]
 
 
 class Calibration:
@@ -394,15 +396,16 @@ def withheld(fit: Fit) -> Fit:
     none: dict[str, Any] = dict.fromkeys(("mu", "sigma", "deviation"), math.nan) | dict.fromkeys(
         ("intervals", "profile"), open_ends
     )
-    return fit._replace(method="none", velocities=missing, assumed=(True,) * len(fit.shares), notes=(), **none)
+    return dataclasses.replace(fit, method="none", velocities=missing, assumed=(True,) * len(fit.shares), notes=(), **none)
 
 
-class Average(NamedTuple):
+@record
+class Average:
     """V50 as MIL-STD-662F averages it, m/s: NaN if no such group of shots exists."""
 
-    value: float
-    shots: int
-    spread: float
+    value: Annotated[float, "m/s; NaN without such a group"]
+    shots: Annotated[int, "number of shots of the group"]
+    spread: Annotated[float, "of the group, m/s"]
 
 
 def standard_average(velocities: ArrayLike, through: ArrayLike) -> Average:
@@ -419,14 +422,15 @@ def standard_average(velocities: ArrayLike, through: ArrayLike) -> Average:
     return Average(math.nan, 0, math.nan)
 
 
-class Residual(NamedTuple):
+@record
+class Residual:
     """v_r = a (v^p - v_l^p)^(1/p) above v_l, m/s, with a normal error of standard deviation `error`. NaN if not fitted."""
 
-    limit: float  # v_l, m/s
-    a: float
-    p: float
-    error: float
-    note: str
+    limit: Annotated[float, "v_l, m/s"]
+    a: Annotated[float, "factor a"]
+    p: Annotated[float, "power p"]
+    error: Annotated[float, "standard deviation of a residual velocity, m/s"]
+    note: Annotated[str, "why there is no curve, or why it is bad"]
 
     def is_bad(self) -> bool:
         """Whether it does not describe the shots: `note` says why."""

@@ -31,7 +31,7 @@ def with_means(table: "pandas.DataFrame") -> "pandas.DataFrame":
 def looked_up(table: "pandas.DataFrame", asked: "pandas.DataFrame") -> "pandas.DataFrame":
     """What a table says of the cells of another one (columns `velocity`, `attitude`, `point_x`, `point_y`): columns `perforation`
     and `left`."""
-    import pandas
+    from .extras import pandas
 
     table, keys, rows = with_means(table).sort_values("velocity"), ["attitude", "point_x", "point_y"], []
     lines = dict(list(table.groupby(keys)))

@@ -11,7 +11,7 @@ Cost: a graded network with bars half as long takes about as long as the scene's
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy
 import scipy  # Its parts are loaded where they are used.
@@ -20,6 +20,7 @@ from . import designs
 from ._kernel import Refused, Scene
 from .ensembles import vary
 from .limit import Interval
+from .record import record
 from .shooter import Shooter
 from .shots import Shot, shots_of
 
@@ -33,12 +34,13 @@ SCATTERS = numpy.geomspace(0.004, 0.33, 14)
 """Standard deviations of ln v of single limits that the likelihood considers."""
 
 
-class Shift(NamedTuple):
+@record
+class Shift:
     """Change of the limit with bars half as long, percent. An end that the shots do not give is infinite."""
 
-    percent: float
-    interval: Interval
-    shots: int
+    percent: Annotated[float, "of the limit"]
+    interval: Annotated[Interval, "percent"]
+    shots: Annotated[int, "number of shots at the fine network"]
 
     def is_small(self) -> bool:
         return all(abs(end) <= SMALL for end in self.interval)
@@ -75,9 +77,9 @@ def graded_for(shoot: Shooter, scene: Scene, speed: float) -> Scene:
     """Scene with its network graded about the hits of a test at a speed, m/s; as it is where it must stay whole or is graded."""
     if scene["sheet.grading.largest"] > 1:
         return scene
-    how = {"seed": shoot.seed, "speed": speed, "point": shoot.mesh, "attitude": shoot.attitude, "tilt": shoot.tilt}
     try:
-        return scene.replace(graded(vary(scene, 1, **how)[0], OF_LIMITS))
+        one = vary(scene, 1, seed=shoot.seed, speed=speed, point=shoot.mesh, attitude=shoot.attitude, tilt=shoot.tilt)[0]
+        return scene.replace(graded(one, OF_LIMITS))
     except Refused:
         return scene
 

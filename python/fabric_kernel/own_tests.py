@@ -1,5 +1,6 @@
 """`fabric tests FILE.csv`: one's own firing tests against the model (`family.py`), from a table of V50s or of single shots."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +13,7 @@ from . import batch, checks, limit, shields
 from ._kernel import Scene
 from .about import OWN, ending, folder, goes_on, of_others, options
 from .designs import Plan
+from .ensembles import Workers
 from .family import WRITTEN, Measured, OwnTests, error_of, judged
 from .files import Place, apart, shown
 
@@ -130,16 +132,36 @@ def own_tests(
     confidence: float = 0.95,
     any_ratio: bool = False,
     keep: Place | None = None,
-    on: Any = None,
+    on: Workers = None,
     progress: bool | None = None,
 ) -> OwnTests:
-    """Own firing tests of a CSV file against the model: each shield is computed as `v50` does, with so many shots.
+    """Own firing tests against the model: each shield of a table is computed as `v50` does.
 
-    path: columns `scene` (a file beside the table, or a preset) and any parameters; and `v50` with `plus_minus` (half of its 95 %
-    interval) or `sigma` (its standard error), or `velocity` and `stopped` of single shots; m/s, or with a unit. any_ratio:
-    whether ratios beyond MOST are accepted; keep: a folder for what is computed; on, progress: as for `ensemble`.
-    A shield without a limit in the model is left out, which the notes say. Raises ValueError with the row, or the name of the
-    argument."""
+    Parameters
+    ----------
+    path : path
+        CSV file with columns `scene` (a file beside the table, or a preset), any parameters, and `v50` with `plus_minus` (half of
+        its 95 % interval) or `sigma` (its standard error), or `velocity` and `stopped` of single shots; m/s, or with a unit.
+    shots : int
+        Computed shots of each shield.
+    seed : int
+        Seed of yarns and impact points.
+    confidence : float
+        Confidence of the intervals.
+    any_ratio : bool
+        Whether ratios of measured and computed limits beyond MOST are accepted.
+    keep : path, optional
+        Folder of kept results.
+    on : int, str, Client or Cluster, optional
+        Number of processes, or Dask scheduler; default: a process for each core.
+    progress : bool, optional
+        Whether to show a progress bar; default: on a terminal.
+
+    Raises
+    ------
+    ValueError
+        A row or an argument is wrong, or fewer than two shields have a limit in the model.
+    """
     checks.whole("shots", shots, 6)
     checks.confident(confidence)
     path = Path(path)
@@ -153,7 +175,7 @@ def own_tests(
     for one, scene, its in zip(measured, scenes, found):
         value, error = its.test.v50, error_of(*its.test.interval(), confidence)
         notes += [f"{one.name}: {its.test.doubt}"] if its.test.doubt else []
-        decisive = {warning.code: f"{one.name}: {warning}" for warning in its.test.warnings} | decisive
+        decisive = {warning.kind: f"{one.name}: {warning}" for warning in its.test.warnings} | decisive
         if not (math.isfinite(value) and math.isfinite(error)):
             notes.append(f"Left out: {one.name}: the model has no limit to compare with. {its.test.answer()[0]}")
             continue
@@ -164,7 +186,7 @@ def own_tests(
     if not any_ratio:
         asked([one for one, _ in used], [value for value, _ in computed])
     tests = judged([one for one, _ in used], [scene for _, scene in used], computed, f"Own tests of {path.name}", confidence)
-    return tests._replace(said=(*decisive.values(), *notes))
+    return dataclasses.replace(tests, said=(*decisive.values(), *notes))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

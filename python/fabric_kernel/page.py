@@ -2,6 +2,7 @@
 
 import base64
 import html
+import logging
 import pathlib
 from collections.abc import Sequence
 from typing import Any
@@ -119,4 +120,4 @@ class Page:
 
     def write(self, path: Place) -> None:
         written(path, self.html())
-        print(f"written: {path}")
+        logging.getLogger("fabric_kernel").info("written: %s", path)

@@ -19,6 +19,7 @@ from . import sheets
 from .drawing import COLOURS, below, new, saved, styled
 from .files import Place
 from .likelihood import LINKS
+from .window import slower
 
 if TYPE_CHECKING:
     import pandas
@@ -32,7 +33,7 @@ def history(
     absorbed energy is, over time. marks: time (s) and name of events."""
     marks, (figure, panels) = list(marks), new(8.5, 11.0, rows=4, sharex=True)
     energies = {
-        "work": "absorbed",
+        "absorbed": "absorbed",
         "fabric_kinetic": "fabric kinetic",
         "strain": "strain",
         "dissipated": "dissipated by rupture",
@@ -42,7 +43,7 @@ def history(
         "casing_loss": "lost on the case",
         "attachment": "dissipated in clamps",
         "contact_loss": "contact loss",
-        "residual": "residual",
+        "energy_residual": "residual",
     }
     for panel, columns, label in (
         (panels[0], {f"velocity_{axis}": f"along {axis}" for axis in "zxy"}, "velocity (m/s)"),
@@ -234,14 +235,19 @@ def limit(test: Any, path: Place | None = None) -> Figure:
     """The share that goes through over velocity, with a band that joins the intervals, and the residual velocities."""
     fit, law = test.fit, LINKS[test.fit.link]
     velocities = numpy.array([shot.velocity for shot in test.shots])
-    stopped = numpy.array([shot.stopped for shot in test.shots])
-    residuals = numpy.array([shot.residual for shot in test.shots])
+    every = [*test.shots, *test.ladder]
+    stopped = numpy.array([shot.stopped for shot in every])
+    fitted = numpy.arange(len(every)) < len(test.shots)
+    at, residuals = numpy.array([[shot.velocity, shot.residual] for shot in every]).T
+    slow = numpy.zeros(len(every), bool)
+    slow[~stopped] = slower(at[~stopped], residuals[~stopped])
     # A bracket may begin far away: what lies within a factor of two of V50 is drawn, if there is a V50.
     near = (velocities >= 0.5 * fit.mu) & (velocities <= 2.0 * fit.mu)
-    drawn = velocities[near] if near.sum() > 1 else velocities
+    drawn = numpy.append(velocities[near] if near.sum() > 1 else velocities, at[~fitted])
     margin = 0.15 * float(numpy.ptp(drawn)) or 0.1 * abs(float(drawn[0])) or 1.0
     left, right = max(0.0, float(drawn.min()) - margin), float(drawn.max()) + margin
-    outside = f" ({len(velocities) - len(drawn)} shots lie outside)" if len(drawn) < len(velocities) else ""
+    lost = int(((at < left) | (at > right)).sum())
+    outside = f" ({lost} shots lie outside)" if lost else ""
     figure, (upper, lower) = new(height=6.6, rows=2, sharex=True)
     if fit.method != "none":
         quantiles = law.quantile(numpy.array(fit.shares))
@@ -253,16 +259,20 @@ def limit(test: Any, path: Place | None = None) -> Figure:
         band = [numpy.interp(z, quantiles, side) for side in (low, high)]
         upper.fill_betweenx(share, *band, color="#0072b2", alpha=0.2, linewidth=0, label=label)
         upper.plot(fit.mu + z * fit.sigma, share, color="#0072b2", label=f"{fit.link}, {fit.method}")
+    kinds = [(~stopped & ~slow, "o", "#d55e00", "full", "through"), (stopped, "o", "#464646", "none", "stopped")]
+    kinds += [(slow, "s", "#cc79a7", "full", "through, of the slower group")] * bool(slow.any())
     for panel, heights in ((upper, numpy.where(stopped, 0.0, 1.0)), (lower, residuals)):
-        panel.plot(velocities[~stopped], heights[~stopped], "o", color="#d55e00", label="through")
-        panel.plot(velocities[stopped], heights[stopped], "o", color="#464646", fillstyle="none", label="stopped")
+        for chosen, marker, colour, fill, label in kinds:
+            own, other = chosen & fitted, chosen & ~fitted
+            panel.plot(at[own], heights[own], marker, color=colour, fillstyle=fill, label=label)
+            panel.plot(at[other], heights[other], "v", color=colour, fillstyle=fill, label="not fitted" if other.any() else None)
         panel.grid(color="#e3e3e3")
         panel.set_axisbelow(True)
     if math.isfinite(test.residual.limit):
         grid = numpy.linspace(left, right, 400)
         lower.plot(grid, test.residual.curve(grid), color="#009e73", label="Lambert and Jonas")
     upper.set(xlim=(left, right), ylabel="share that goes through", title=test.title)
-    lower.set_ylim(top=1.15 * max(float(residuals[(velocities >= left) & (velocities <= right)].max(initial=0.0)), 1.0))
+    lower.set_ylim(top=1.15 * max(float(residuals[(at >= left) & (at <= right)].max(initial=0.0)), 1.0))
     lower.set(xlabel=f"impact velocity (m/s){outside}", ylabel="residual velocity (m/s)")
     below(figure, upper, lower)
     return saved(figure, path)

@@ -60,12 +60,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         usage="fabric COMMAND ...",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         description=f"Impact of rigid fragments on ballistic fabric.\n\ncommands:\n{names}",
-        epilog="fabric COMMAND --help says what a command takes.\nPages that messages name, as docs/v50.md, are in the release's "
+        epilog="fabric help COMMAND says what a command takes.\nPages that messages name, as docs/v50.md, are in the release's "
         "fabric-documentation.zip.",
     )
     parser.add_argument("--completion", action="store_true", help="completion for bash and zsh: source <(fabric --completion)")
     parser.add_argument("--version", action="version", version=f"fabric {VERSION}")
     parser.add_argument("command", nargs="?", choices=COMMANDS, metavar="COMMAND", help=argparse.SUPPRESS)
+    if words[:1] == ["help"]:
+        words = [*words[1:2], "--help"]
     given = parser.parse_args(words[:1])
     command = given.command
     if given.completion or command is None:

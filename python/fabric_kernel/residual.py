@@ -14,11 +14,12 @@ Limits: few shots lie near the limit, so its interval is too narrow: of 40 inven
 Reference: R. F. Recht, T. W. Ipson, J. Appl. Mech. 30 (1963) 384; J. P. Lambert, G. H. Jonas, BRL Report 1852 (1976).
 """
 
+import dataclasses
 import functools
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, Unpack
 
 import numpy
 import scipy  # Its parts are loaded where they are used.
@@ -26,12 +27,13 @@ import scipy  # Its parts are loaded where they are used.
 from . import checks, limit, results, window
 from ._kernel import Scene
 from .about import cautions, command, described, finished, of_a_scene, own_tests_of, positive
+from .compared import model_error
 from .family import Corrected, OwnTests
 from .files import Place, csv_of, titled, written
-from .model_error import model_error
 from .page import Page, notebook, printed
+from .record import record
 from .runs import scene_of
-from .shooter import Shooter, Unknown
+from .shooter import Options, Shooter, Unknown
 from .shots import Shot, shot_of
 from .window import Window
 
@@ -39,13 +41,14 @@ RESAMPLES = 200
 """Refitted sets of shots behind an interval."""
 
 
-class Fitted(NamedTuple):
+@record
+class Fitted:
     """One curve: the best fit, and (resamples, 3) refitted limits, a and p."""
 
-    name: str
-    best: limit.Residual
-    refits: numpy.ndarray
-    confidence: float
+    name: Annotated[str, "name of the curve"]
+    best: Annotated[limit.Residual, "best fit"]
+    refits: Annotated[numpy.ndarray, "(resamples, 3) limits (m/s), a and p of refitted shots"]
+    confidence: Annotated[float, "of the intervals"]
 
     def ends(self, values: Any) -> Any:
         return numpy.quantile(values, [0.5 - 0.5 * self.confidence, 0.5 + 0.5 * self.confidence], axis=0)
@@ -66,17 +69,18 @@ class Fitted(NamedTuple):
         return [*rows, (self.name, "error, m/s", f"{self.best.error:.1f}", "")]
 
 
-class Curve(NamedTuple):
+@record
+class Curve:
     """Residual velocities and what was fitted to them. `text` and `write` report it, `plot.residual` draws it."""
 
-    title: str
-    shots: tuple[Shot, ...]  # also those below the limit, which are not fitted
-    fits: tuple[Fitted, ...]  # none if fewer than three shots went through at different velocities
-    confidence: float
-    answer: tuple[str, ...]
-    notes: tuple[str, ...]
-    window: Window | None = None
-    corrected: tuple[Corrected, ...] = ()  # limits of the fits as own tests have them
+    title: Annotated[str, "title of reports"]
+    shots: Annotated[tuple[Shot, ...], "also those below the limit, which are not fitted"]
+    fits: Annotated[tuple[Fitted, ...], "none if fewer than three shots went through at different velocities"]
+    confidence: Annotated[float, "of the intervals"]
+    answer: Annotated[tuple[str, ...], "what was found, in sentences"]
+    notes: Annotated[tuple[str, ...], "what was shot at, and how"]
+    window: Annotated[Window | None, "velocities below the limit at which shots go through"] = None
+    corrected: Annotated[tuple[Corrected, ...], "limits of the fits as own tests have them"] = ()
 
     def __repr__(self) -> str:
         return f"<Curve {self.title!r}, {len(self.shots)} shots: {self.answer[0]}>"
@@ -102,7 +106,7 @@ class Curve(NamedTuple):
         keys, curves = ("limit", "a", "p"), []
         for fit in self.fits:
             low, high = (dict(zip(keys, map(float, end))) for end in fit.ends(fit.refits))
-            curves.append({"curve": fit.name, **fit.best._asdict(), "low": low, "high": high})
+            curves.append({"curve": fit.name, **vars(fit.best), "low": low, "high": high})
         return {"answer": self.answer, "curves": curves, "shots": self.shots, "corrected": self.corrected}
 
     def write(self, folder: Place) -> list[str]:
@@ -175,15 +179,40 @@ def residual(
     about: Sequence[str] = (),
     say: Callable[[str], None] | None = None,
     own_tests: OwnTests | None = None,
-    **options: Any,
+    **options: Unpack[Options],
 ) -> Curve:
-    """Shoots the projectile of a scene at its sheet over a range of velocities, and fits both curves.
+    """Residual over impact velocity, and both curves fitted to it.
 
-    velocities: of the shots, m/s; None: `shots` of them, the first of which bracket the limit, beginning with the velocity of the
-    scene, and the others go up to `fastest` limits. about: what was shot at, for the report; say: receives a line after each
-    shot; own_tests: own firing tests that correct the limits; the other `options` are those of `Shooter` (`point`, `attitude`,
-    `keep`, `steps`). A shot of unknown end is left out, which the notes say.
-    Raises ValueError with the name of the argument, Refused with the field of the scene."""
+    Parameters
+    ----------
+    scene : Scene or str
+        Scene, or the name of a preset or a scene file.
+    velocities : sequence of float, optional
+        Velocities, m/s; default: `shots` of them, which bracket the limit and go up to `fastest` limits.
+    shots : int
+        Number of shots without `velocities`.
+    fastest : float
+        Highest velocity over the limit.
+    seed : int
+        Seed of yarns and impact points.
+    confidence : float
+        Confidence of the intervals.
+    title, about : str, sequence of str
+        Title of reports, and what was shot at.
+    say : callable, optional
+        Receives a line after each shot.
+    own_tests : OwnTests, optional
+        Own firing tests that correct the limits.
+    options : optional
+        Options of `Shooter`.
+
+    Raises
+    ------
+    ValueError
+        An argument is wrong; the message begins with its name.
+    Refused
+        The scene cannot be simulated.
+    """
     scene = scene_of(scene)
     asked(confidence, RESAMPLES)
     checks.numbers("fastest", [fastest])
@@ -230,7 +259,7 @@ def residual(
         made.sort()
     found = () if hole else fits(own, confidence, seed)
     if hole:
-        hole = hole._replace(near_held=window.near_held(shoot.flown, hole))
+        hole = dataclasses.replace(hole, near_held=window.near_held(shoot.flown, hole))
     percent, lines = f"{100 * confidence:g} %", []
     for fit in found:
         low, high = fit.ends(fit.refits[:, 0])

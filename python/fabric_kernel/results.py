@@ -1,5 +1,6 @@
 """Results as JSON: what a command has found is written as numbers and words, and read back by `fabric report`."""
 
+import dataclasses
 import json
 import math
 import typing
@@ -15,10 +16,12 @@ from .notes import Note
 
 def plain(value: Any) -> Any:
     """A result as JSON has it: null where a number is not finite, an object for what has names, a list for what has elements."""
+    if dataclasses.is_dataclass(value):
+        value = vars(value)
     if hasattr(value, "_asdict"):
         value = value._asdict()
     if isinstance(value, Note):
-        value = {"code": value.code, "text": value.text, "numbers": value.numbers}
+        value = {"kind": value.kind, "text": value.text, "numbers": value.numbers}
     if isinstance(value, dict):
         return {str(name): plain(one) for name, one in value.items()}
     if isinstance(value, (list, tuple, numpy.ndarray)):
@@ -40,7 +43,7 @@ def restored(kind: Any, value: Any) -> Any:
         return tuple(restored(typing.get_args(kind)[0], one) for one in value)
     if kind is Interval:
         return kind(*(end if value[name] is None else value[name] for name, end in (("low", -math.inf), ("high", math.inf))))
-    if hasattr(kind, "_fields"):
+    if isinstance(kind, type) and (dataclasses.is_dataclass(kind) or hasattr(kind, "_fields")):
         kinds = typing.get_type_hints(kind)
         return kind(**{name: restored(kinds[name], one) for name, one in value.items()})
     others = [one for one in typing.get_args(kind) if one is not type(None)]

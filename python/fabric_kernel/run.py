@@ -28,12 +28,11 @@ OUTCOMES = ("arrested", "detached", "exited", "passed", "rebounded", "through", 
 SUFFIX = {"s": "_s", "m": "_m", "m/s": "_m_per_s", "rad/s": "_rad_per_s", "N": "_n", "J": "_j"}
 COLUMNS = (
     "step time position_x position_y position_z velocity_x velocity_y velocity_z angular_velocity_x angular_velocity_y "
-    "angular_velocity_z force_x force_y force_z work contact_loss projectile_kinetic fabric_kinetic strain dissipated "
-    "viscous friction ply_loss support_work casing_loss attachment residual momentum_residual_n_s failed_segments contacts "
-    "max_deflection max_stretch"
+    "angular_velocity_z force_x force_y force_z absorbed contact_loss projectile_kinetic fabric_kinetic strain dissipated "
+    "viscous friction ply_loss support_work casing_loss attachment energy_residual momentum_residual_n_s failed_segments "
+    "contacts max_deflection max_stretch"
 ).split()
 """Columns of history.csv, without their units."""
-NAMES = {"work": "contact_work", "residual": "energy_residual"}
 PICTURES = ("report.html", "sheet.png", "plies.png", "damage.png", "profile.svg", "history.svg")
 FILES = ("history.csv", "scene.toml", "state.gz", "movie.gif", "vtk/run.pvd")
 SIDES = ("side -x", "side +x", "side -y", "side +y")
@@ -119,7 +118,7 @@ def history_csv(rows: list[Row]) -> str:
 
     def named(column: str) -> str:
         unit = next((unit for unit, begins in runs.UNITS.items() if any(column.startswith(begin) for begin in begins)), "")
-        return NAMES.get(column, column) + SUFFIX.get(unit, "")
+        return column + SUFFIX.get(unit, "")
 
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -178,7 +177,7 @@ def summary_of(
         "digest": simulation.digest,
     }
     row = {"outcome": ended.lower(), "absorbed": summary["contact"]["work"], "max_deflection": summary["max_deflection"]}
-    row |= {"initial_kinetic": summary["impact_energy"], "energy_residual": summary["energy"]["residual"]}
+    row |= {"impact_energy": summary["impact_energy"], "energy_residual": summary["energy"]["residual"]}
     return summary | {"warnings": [*remarks, *runs.doubts([scene], [summary["counters"] | summary["energy"] | row])]}
 
 
@@ -250,9 +249,8 @@ def report(
     out: Path, summary: dict[str, Any], simulation: Simulation, rows: Any, lines: list[tuple[str, str]], extra: list[str]
 ) -> None:
     """The pictures, and report.html with all of them."""
-    import pandas
-
     from . import plot, sheets
+    from .extras import pandas
 
     name, ended = summary["scene"], summary["ended_by"]
     marks = [(latch["time"], outcome) for outcome, latch in summary["outcomes"].items()]
@@ -266,7 +264,7 @@ def report(
         of_all = f"{name}: {len(plies)} plies at {1e6 * sheet.time:.1f} µs, {failed} failed segments"
         sheets.picture_of_stack(plies, out / "plies.png", of_all)
         pictures.append(("plies.png", of_all))
-    sheets.damage_map(sheet, out / "damage.png", f"{name}: damage on the undeformed grid (node numbers)")
+    sheets.damage_map(sheet, out / "damage.png", f"{name}: damage on the undeformed sheet")
     sheets.profile(plies[-1], out / "profile.svg", f"{name}: back face at {1e6 * sheet.time:.1f} µs")
     html = page.Page(f"{name}: {ended} at {1e6 * summary['time']:.1f} µs")
     html.answer(
@@ -274,13 +272,14 @@ def report(
             f"{ended.capitalize()}: {math.hypot(*summary['projectile']['velocity']):.4g} m/s left, "
             f"{summary['contact']['work']:.4g} J of {summary['impact_energy']:.4g} J "
             f"absorbed; held cloth deflected by at most {1e3 * summary['max_deflection']:.3g} mm.",
+            *filter(None, [runs.at_clamps(simulation)]),
             *summary["warnings"],
             f"One run of the model, with one sample of what is random. {scenes.CAVEAT}",
         ]
     )
     for file, caption in [
         *pictures,
-        ("damage.png", "Damage on the undeformed grid, seen along the line of flight; held nodes in grey."),
+        ("damage.png", "Damage on the undeformed sheet about what failed, seen along the line of flight; held nodes in grey."),
         ("profile.svg", "Deflection of the back face at the end, along both yarns under the projectile."),
         (
             "history.svg",
@@ -305,7 +304,7 @@ def report(
 
 def reported(out: Path) -> dict[str, Any]:
     """Draws pictures and report of a run again, of the files in its folder, and returns its summary."""
-    import pandas
+    from .extras import pandas
 
     simulation = Simulation(Scene.read(out / "scene.toml"))
     with reading(out / SUMMARY):
@@ -470,7 +469,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         scenes.of_others(out, SUMMARY)
         if kept := [given.capsule] * bool(given.capsule) + [out / "vtk"] * given.vtk:
             given.kept = kept[0], f"what there was until then is in {' and '.join(map(str, kept))}"
-        with scenes.folder(out):
+        with scenes.folder(out, *["numpy"] * given.no_report):
             given.answer = one(given, scene, name, out, remarks)
     if given.until and given.answer["ended_by"] == "TIMEOUT":
         parser.exit(TIMEOUT)

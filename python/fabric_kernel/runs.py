@@ -1,14 +1,14 @@
 """One impact from start to end: its row of a table, and its history."""
 
 import math
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import scipy  # Its parts are loaded where they are used.
 
 from ._kernel import Failed, Scene, Simulation, parameters
-from .notes import Note
+from .notes import Note, warn
+from .record import record
 
 if TYPE_CHECKING:
     import pandas
@@ -25,6 +25,8 @@ STEPS = 100_000
 """Most steps of a run, if nothing else is asked for."""
 SAMPLE = 128
 """Steps between two looks at the deflection of a run, a few percent of its cost."""
+CLAMPS = 0.5
+"""Share of the failed segments near held nodes from which on the clamps are named as the cause."""
 MOST_UNCONVERGED = 0.01
 """Contact solves that do not converge are harmless below this share of the steps (docs/accuracy.md)."""
 MOST_GAINED = 0.01
@@ -44,9 +46,8 @@ UNITS = {
     "rad/s": ("angular_velocity_",),
     "N": ("force_",),
     "J": (
-        *"work external_work initial_kinetic residual_kinetic absorbed support_work projectile_kinetic energy_residual".split(),
+        *"external_work impact_energy residual_kinetic absorbed support_work projectile_kinetic energy_residual".split(),
         *PARTS,
-        "residual",
         "gained",
     ),
 }
@@ -83,46 +84,80 @@ def scene_of(scene: Scene | str) -> Scene:
     return Scene.read(scene) if isinstance(scene, str) else scene
 
 
-def fly(scene: Scene | str, *, until: Sequence[str] | str = UNTIL, steps: int = STEPS) -> dict[str, Any]:
-    """Runs a scene, or the preset or the file of a name, to one of the outcomes `until`, or for so many steps, and returns what
-    came of it as one row of a table.
+@record
+class Flight:
+    """One impact from start to end: `dataclasses.asdict` makes a dictionary of it, and a list of them a pandas table.
 
-    - `outcome`: the outcomes that ended the run, "failed" if the computation could not go on; if the steps ended it, "detached"
-      where the projectile carries torn cloth, else "timeout";
-    - `failure`: the code of that failure, else None;
-    - `stopped`: whether the fabric stopped the projectile: True if it was arrested or has rebounded, False if it exited, went
-      through or carries torn cloth, None if no outcome came: then it is not known; None also if it passed beside the sheet
-      without contact, or if contact gave energy from nothing;
-    - `detached`: time at which the contact was with torn cloth only, s, else None;
-    - `steps`, `time`: steps taken, and the time at the end, s;
-    - `velocity_x`, `_y`, `_z`, `speed`: of the projectile at the end, m/s: after "arrested" that of the rebound;
-      `angular_velocity_x`, `_y`, `_z`, rad/s;
-    - `initial_kinetic`, `residual_kinetic`: kinetic energy of the projectile at the start and at the end, J;
-    - `absorbed`: work of the projectile on the fabric, J; `support_work`: what of it went into held nodes; `force_peak`: largest
-      mean force over a force window, N;
-    - `fabric_kinetic`, `strain`, `dissipated`, `viscous`, `friction`, `ply_loss`, `casing_loss`, `attachment`, `contact_loss`,
-      `energy_residual`, and of it `gained`, what came from nothing: the energy balance at the end, J;
-    - `max_deflection`: largest deflection of held cloth in the run, m, seen every SAMPLE steps and at the end (`plot.profile`
-      draws the back face);
-    - `failed_segments`: segments that have failed; `failed_near_held`: how many of them lie within three spacings of a held node;
-    - `unconverged`: contact solves that did not converge; `ply_penetration`: deepest that plies were through each other, m;
-      `beyond_fine`: steps in which the projectile met the sheet beyond the fine part of a graded network;
-    - `digest`: hash of the state at the end.
+    After a failure what has no other value is None. Energies of a projectile that went through hold what torn cloth did after it,
+    too; `until=DECIDED` ends sooner.
+    """
 
-    "through" among the outcomes sets `track_through`. The numbers are of the model with its random samples; of the model against
-    tests `model_error(scene)` says how far a limit may be off.
-    Of a projectile that went through, energies and `ply_penetration` hold what torn cloth did after it, too; `until=DECIDED` ends
-    there, sooner.
-    After a failure everything but the outcome, steps, these counters and the digest is None.
+    outcome: Annotated[
+        str, 'outcomes that ended the run; "failed", or where the steps ended it "detached" (carries cloth), "timeout"'
+    ]
+    failure: Annotated[str | None, "code of the failure that ended it"]
+    stopped: Annotated[
+        bool | None, "whether the fabric stopped it; None: not known, missed the sheet, or energy came from nothing"
+    ]
+    detached: Annotated[float | None, "time at which the contact was with torn cloth only, s"]
+    steps: Annotated[int, "steps taken"]
+    time: Annotated[float, "time at the end, s"]
+    velocity_x: Annotated[float | None, 'velocity at the end, m/s; after "arrested" that of the rebound']
+    velocity_y: Annotated[float | None, "likewise"]
+    velocity_z: Annotated[float | None, "likewise"]
+    speed: Annotated[float | None, "size of the velocity, m/s"]
+    angular_velocity_x: Annotated[float | None, "angular velocity at the end, rad/s"]
+    angular_velocity_y: Annotated[float | None, "likewise"]
+    angular_velocity_z: Annotated[float | None, "likewise"]
+    impact_energy: Annotated[float, "kinetic energy of the projectile at the start, J"]
+    residual_kinetic: Annotated[float | None, "kinetic energy of the projectile at the end, J"]
+    absorbed: Annotated[float | None, "work of the projectile on the fabric, J"]
+    support_work: Annotated[float | None, "part of it on held nodes, J"]
+    force_peak: Annotated[float | None, "largest mean force over a force window, N"]
+    fabric_kinetic: Annotated[float | None, "kinetic energy of the fabric, J"]
+    strain: Annotated[float | None, "strain energy of the yarns, J"]
+    dissipated: Annotated[float | None, "dissipated by rupture, J"]
+    viscous: Annotated[float | None, "dissipated by the viscosity of the yarn, J"]
+    friction: Annotated[float | None, "dissipated by friction between yarn and projectile, J"]
+    ply_loss: Annotated[float | None, "lost where plies meet, J"]
+    casing_loss: Annotated[float | None, "lost on the case of a ring, J"]
+    attachment: Annotated[float | None, "dissipated in clamps, J"]
+    contact_loss: Annotated[float | None, "lost when nodes are swept up by the projectile, J"]
+    gained: Annotated[float | None, "part of the residual that came from nothing, J"]
+    energy_residual: Annotated[float | None, "residual of the energy balance, J"]
+    max_deflection: Annotated[float | None, "largest deflection of held cloth, m, seen every SAMPLE steps and at the end"]
+    failed_near_held: Annotated[int | None, "failed segments within three spacings of a held node"]
+    failed_segments: Annotated[int, "failed segments"]
+    unconverged: Annotated[int, "contact solutions that did not converge"]
+    ply_penetration: Annotated[float, "deepest penetration of plies, m"]
+    beyond_fine: Annotated[int, "steps in which the projectile met a graded network beyond its fine part"]
+    digest: Annotated[str, "hash of the state at the end"]
 
-    Warns (RuntimeWarning) if the counters say that the numbers are not to be trusted as they are, and while it flies when the
-    energy balance opens. Raises Refused, with the name of the field, if the scene cannot be simulated.
+
+def fly(scene: Scene | str, *, until: Sequence[str] | str = UNTIL, steps: int = STEPS) -> Flight:
+    """Runs a scene to one of some outcomes.
+
+    It warns (`ModelWarning`) where the result is in doubt, and while it flies when the energy balance opens. The numbers are of
+    the model with its random samples; `model_error(scene)` says how far a limit may be off.
+
+    Parameters
+    ----------
+    scene : Scene or str
+        Scene, or the name of a preset or a scene file.
+    until : str or sequence of str
+        Outcomes that end it; "through" among them sets `track_through`.
+    steps : int
+        Most steps.
+
+    Raises
+    ------
+    Refused
+        The scene cannot be simulated; `field` names what is wrong.
     """
     scene = scene_of(scene)
     row = flown(scene, until, steps, warns=True)
-    for doubt in doubts([scene], [row]):
-        warnings.warn(doubt, RuntimeWarning, stacklevel=2)
-    return row
+    warn(doubts([scene], [row]))
+    return Flight(**row)
 
 
 def stepped(simulation: Simulation, until: Sequence[str], last: int, every: Callable[[], int]) -> Iterator[int]:
@@ -178,7 +213,7 @@ def flown(
     row |= {f"velocity_{axis}": part for axis, part in zip("xyz", body.get("velocity", [None] * 3))}
     row["speed"] = None if broken else math.hypot(*body["velocity"])
     row |= {f"angular_velocity_{axis}": part for axis, part in zip("xyz", body.get("angular_velocity", [None] * 3))}
-    row |= {"initial_kinetic": initial, "residual_kinetic": energy.get("projectile_kinetic"), "absorbed": contact.get("work")}
+    row |= {"impact_energy": initial, "residual_kinetic": energy.get("projectile_kinetic"), "absorbed": contact.get("work")}
     row |= {"support_work": energy.get("support_work"), "force_peak": contact.get("force_peak")}
     row |= {name: energy.get(name) for name in (*PARTS, "gained")} | {"energy_residual": energy.get("residual")}
     if share(row["gained"], initial) > MOST_FROM_NOTHING:
@@ -206,6 +241,16 @@ def near_held(simulation: Simulation) -> int:
     return int((along_x & (near[..., :-1] | near[..., 1:])).sum() + (along_y & (near[:, :-1] | near[:, 1:])).sum())
 
 
+def at_clamps(simulation: Simulation) -> str:
+    """Sentence where yarn broke, or mostly broke, at the clamps; empty otherwise."""
+    failed = simulation.counters()["failed_segments"]
+    near = near_held(simulation) if failed else 0
+    if near < CLAMPS * failed or not failed:
+        return ""
+    none = "none broke under the projectile" if near == failed else f"{failed - near} of {failed} failed elsewhere"
+    return f"Yarns broke at the clamps: {near} failed segments lie within three spacings of a held node; {none}."
+
+
 def share(part: float | None, whole: float) -> float:
     return abs(part or 0.0) / whole if whole else 0.0
 
@@ -215,7 +260,7 @@ def doubts(scenes: Sequence[Scene], rows: Sequence[Mapping[str, Any]]) -> list[N
     they are, and what to do. Nothing of sound runs; the sentence of one run does not count it."""
     speed = lambda scene: math.hypot(*scene["projectile.velocity"])
     unconverged = [share(row["unconverged"], row["steps"]) for row in rows]
-    gains, nothing = ([share(row[name], row["initial_kinetic"]) for row in rows] for name in ("energy_residual", "gained"))
+    gains, nothing = ([share(row[name], row["impact_energy"]) for row in rows] for name in ("energy_residual", "gained"))
     viscous = [share(row["viscous"], sum(max(row[name] or 0.0, 0.0) for name in LOST)) for row in rows]
     counted = [
         (
@@ -299,15 +344,31 @@ def doubts(scenes: Sequence[Scene], rows: Sequence[Mapping[str, Any]]) -> list[N
 def history(
     simulation: Simulation | Scene | str, *, until: Sequence[str] | str = UNTIL, steps: int = STEPS, every: int = 64
 ) -> "pandas.DataFrame":
-    """Runs a simulation, or a scene from its start, to one of the outcomes, for at most so many steps, and returns a row for
-    every `every` steps.
+    """Runs a simulation, or a scene from its start, and returns a row for every few steps.
 
-    A row has step and time (s), position, velocity and angular velocity of the projectile, the mean force on it since the row
-    before (N), `work`, the energies (J), failed segments, nodes in contact, and the largest deflection (m) and stretch.
+    Parameters
+    ----------
+    simulation : Simulation, Scene or str
+        Simulation, which goes on from where it is, or scene, or the name of a preset or a scene file.
+    until : str or sequence of str
+        Outcomes that end it.
+    steps : int
+        Most steps.
+    every : int
+        Steps between two rows.
 
-    Raises Failed if the computation cannot go on.
+    Returns
+    -------
+    pandas.DataFrame
+        Step and time (s), position, velocity and angular velocity of the projectile, mean force on it since the row before (N),
+        energies (J), failed segments, nodes in contact, largest deflection (m) and stretch.
+
+    Raises
+    ------
+    Failed
+        The computation cannot go on.
     """
-    import pandas  # Half a second, which workers need not spend.
+    from .extras import pandas  # Half a second, which workers need not spend.
 
     if every < 1:
         raise ValueError(f"every: must be at least 1; it is {every}")
@@ -329,8 +390,8 @@ def sample(simulation: Simulation, before: dict[str, Any] | None) -> dict[str, A
     for axis, impulse in zip("xyz", contact["impulse"]):
         row[f"impulse_{axis}"] = impulse
         row[f"force_{axis}"] = (impulse - before[f"impulse_{axis}"]) / since if before and since > 0.0 else 0.0
-    row["work"] = contact["work"]
-    row |= {name: energy for name, energy in simulation.energy().items() if name != "contact_work"}
+    energy = dict(simulation.energy())
+    row |= {"absorbed": energy.pop("contact_work"), "energy_residual": energy.pop("residual")} | energy
     counters = simulation.counters()
     row |= {name: counters[name] for name in ("failed_segments", "contacts")}
     return row | simulation.fabric()

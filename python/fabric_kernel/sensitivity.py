@@ -16,13 +16,14 @@ crossings.
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy
 import scipy  # Its parts are loaded where they are used.
 
 from . import ensembles
 from ._kernel import Scene
+from .record import record
 from .runs import flown
 from .search import bisected
 from .shooter import Shooter
@@ -187,24 +188,29 @@ def limit_of(job: list[Any]) -> tuple[float | None, int, float | None]:
     return found if math.isfinite(found) and not lowest else None, cost, lowest
 
 
-class Change(NamedTuple):
-    what: str
-    variant: str
-    percent: float  # of the limit; NaN if not found
-    low: float  # interval, percent
-    high: float
-    shots: int  # whose limit was found with and without the change
-    # lowest velocity at which a shot goes through below its limit, m/s: then there is no change of one limit
-    window: float = math.nan
+@record
+class Change:
+    """Change of the limit by one change of the scene."""
+
+    what: Annotated[str, "quantity that is changed"]
+    variant: Annotated[str, "the change"]
+    percent: Annotated[float, "of the limit; NaN if not found"]
+    low: Annotated[float, "interval, percent"]
+    high: Annotated[float, "its upper end, percent"]
+    shots: Annotated[int, "whose limit was found with and without the change"]
+    window: Annotated[float, "lowest velocity, m/s, at which a shot goes through below its limit"] = math.nan
 
     def interval(self, digits: Any) -> Any:
         return f"[{self.low:+.{digits}f}, {self.high:+.{digits}f}]" if math.isfinite(self.low) else "(no bound)"
 
 
-class Sensitivity(NamedTuple):
-    limit: float  # of the shots of the scene itself, m/s
-    changes: tuple[Change, ...]  # the largest first
-    notes: tuple[str, ...]
+@record
+class Sensitivity:
+    """Changes of a limit."""
+
+    limit: Annotated[float, "of the shots of the scene itself, m/s"]
+    changes: Annotated[tuple[Change, ...], "the largest first"]
+    notes: Annotated[tuple[str, ...], "how the changes were found"]
 
     def heading(self) -> tuple[str, ...]:
         return ("change", f"limit, %, from {self.limit:.1f} m/s", f"{100 * CONFIDENCE:g} % interval, %", "shots")

@@ -12,7 +12,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 
 from . import drawing
-from ._kernel import Scene
+from ._kernel import Scene, Simulation
 from .checks import Array
 from .files import Place, written
 from .textile import sides
@@ -38,6 +38,7 @@ class Sheet:
 
     def __init__(self, simulation: Any, ply: int = 0) -> None:
         scene, body, positions = simulation.scene, simulation.projectile(), simulation.positions()
+        self.scene = scene
         plies = scene["stack.plies"]
         nx, ny = positions.shape[1], positions.shape[0] // plies
         self.nodes, self.radius, self.closed, self.held = (nx, ny), scene["sheet.radius"], scene["sheet.closed"], scene.held()
@@ -256,19 +257,25 @@ class Sheet:
 
     def draw_damage(self, axis: Any) -> None:
         """Damage on the undeformed grid, seen along the line of flight; held nodes in grey."""
-        nx, ny = self.nodes
-        node = numpy.arange(nx * ny)
-        grid = numpy.stack([node % nx, node // nx], 1).astype(float)
-        axis.plot([0, nx - 1, nx - 1, 0, 0], [0, 0, ny - 1, ny - 1, 0], color="#bbbbbb", linewidth=0.8)
-        held = [[(start - 0.4, row), (end - 0.6, row)] for row, start, end in self.held]
-        axis.add_collection(LineCollection(held, colors="#787878", linewidths=1.0))
+        grid, (nx, ny) = self.grid(), self.nodes
+        axis.plot(*grid[[0, nx - 1, nx * ny - 1, nx * ny - nx, 0]].T, color="#bbbbbb", linewidth=0.8)
+        wide = numpy.array([[-0.4], [0.4]]) * (grid[1] - grid[0])
+        held = [grid[[row * nx + first, row * nx + end - 1]] + wide for row, first, end in self.held if row < ny]
+        axis.add_collection(LineCollection(held, colors="#787878", linewidths=1.6))
         for chosen in ((self.alpha < 1) & (self.alpha > 0), self.alpha == 0):
             lines = LineCollection(self.lines(grid, chosen), colors=DAMAGE(self.alpha[chosen]), linewidths=1.3, rasterized=True)
             axis.add_collection(lines)
         for name, alpha in [("slightly damaged", 0.95), ("half", 0.5), ("failed", 0.0)]:
             axis.plot([], [], color=DAMAGE(alpha), linewidth=2.5, label=name)
-        side = max(nx, ny)
-        axis.set(xlim=(-0.02 * side, 1.02 * side - 1), ylim=(-0.02 * side, 1.02 * side - 1), aspect="equal")
+        half = 0.51 * max(numpy.ptp(grid, axis=0))
+        axis.set(xlim=(-half, half), ylim=(-half, half), aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
+
+    def grid(self) -> Array:
+        """Places of the nodes along both yarns of the undeformed sheet, from its middle, (nodes, 2), mm."""
+        rest = Simulation(self.scene, warns=False).positions()
+        across, along = (numpy.linalg.norm(numpy.diff(line, axis=0), axis=1) for line in (rest[0], rest[: self.nodes[1], 0]))
+        x, y = (1e3 * (numpy.append(0.0, numpy.cumsum(steps)) - 0.5 * steps.sum()) for steps in (across, along))
+        return numpy.stack(numpy.meshgrid(x, y), -1).reshape(-1, 2)
 
     def vtk(self, path: Place) -> None:
         """The sheet as VTK PolyData; failed segments are kept (hide them with a threshold on alpha)."""
@@ -455,16 +462,18 @@ def picture_of_curve(sheet: Sheet, path: Place | None, title: str) -> Any:
 
 @drawing.styled
 def damage_map(sheet: Sheet, path: Place, title: str) -> None:
-    """Damage on the grid of nodes: the part where there is any, at least a third of the sheet."""
+    """Damage on the undeformed sheet: the part in which segments failed, or are damaged, at least a third of the sheet."""
     figure, axis = drawing.new(7.2, 7.2)
     sheet.draw_damage(axis)
     axis.set(title=title)
-    damaged = sheet.segments[sheet.alpha < 1].ravel()
-    if len(damaged):
-        places = numpy.stack([damaged % sheet.nodes[0], damaged // sheet.nodes[0]], 1)
-        middle, half = 0.5 * (places.max(0) + places.min(0)), 0.55 * max(*numpy.ptp(places, axis=0), max(sheet.nodes) / 3)
+    grid = sheet.grid()
+    failed = sheet.alpha == 0
+    places = grid[sheet.segments[failed if failed.any() else sheet.alpha < 1].ravel()]
+    if len(places):
+        middle = 0.5 * (places.max(0) + places.min(0))
+        half = 0.55 * max(*numpy.ptp(places, axis=0), max(numpy.ptp(grid, axis=0)) / 3)
         axis.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half))
-    axis.legend(loc="upper right", frameon=True, fontsize=8)
+    drawing.below(figure, axis)
     axis.grid(False)
     drawing.save(figure, path)
 

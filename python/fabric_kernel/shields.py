@@ -3,6 +3,7 @@
 A shield is a task; on this machine each of its shots is kept in a file, so that what was stopped continues.
 """
 
+import dataclasses
 import hashlib
 import itertools
 import json
@@ -12,7 +13,7 @@ import threading
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import tqdm
 
@@ -20,6 +21,7 @@ from . import ensembles, network, results
 from ._kernel import Scene
 from .about import described, scene_hash
 from .files import Place
+from .record import record
 from .sensitivity import nodes
 from .shooter import Shooter, Unknown
 from .v50 import LimitTest, v50
@@ -28,12 +30,13 @@ LADDER = 30
 """Shots beside a limit, of `window.shot_beside`, for the length of the progress bar."""
 
 
-class Tested(NamedTuple):
+@record
+class Tested:
     """Limit of a shield, and what it took."""
 
-    test: LimitTest
-    node_steps: float
-    seconds: float  # of the processor, for what was not kept
+    test: Annotated[LimitTest, "result of `v50`"]
+    node_steps: Annotated[float, "cost"]
+    seconds: Annotated[float, "of the processor, for what was not kept"]
 
 
 def limit_of(job: list[Any]) -> Any:
@@ -101,7 +104,7 @@ def done(
                     bar.update(min(made, bar.total) - bar.n)
                     if progress is None and not sys.stderr.isatty() and time.monotonic() - said > 30.0:
                         said = time.monotonic()
-                        print(f"{made} of about {shots * len(jobs)} shots", file=sys.stderr, flush=True)
+                        ensembles.LOG.info("%d of about %d shots", made, shots * len(jobs))
 
             watcher = threading.Thread(target=watch, daemon=True)
             watcher.start()
@@ -130,4 +133,7 @@ def limits(
     most = shots + LADDER + shifted * network.SHOTS
     found = done(limit_of, scenes, [shots, seed, attitude, confidence, shifted], most, folder, on, progress)
     made = [results.restored(Tested, one) for one in found]
-    return [one._replace(test=one.test._replace(title=f"Ballistic limit of {name}")) for name, one in zip(scenes, made)]
+    return [
+        dataclasses.replace(one, test=dataclasses.replace(one.test, title=f"Ballistic limit of {name}"))
+        for name, one in zip(scenes, made)
+    ]

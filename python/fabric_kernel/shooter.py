@@ -3,12 +3,12 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import tqdm
 
 from ._kernel import Refused, Scene
-from .ensembles import append, kept, run_key, vary, within_mesh
+from .ensembles import Distribution, append, kept, run_key, vary, within_mesh
 from .files import Place
 from .notes import Note
 from .runs import STEPS, doubts, flown, scene_of, where
@@ -18,21 +18,42 @@ class Unknown(RuntimeError):
     """A shot that was neither stopped nor went through."""
 
 
+class Options(TypedDict, total=False):
+    """Keyword arguments of a Shooter, without the seed."""
+
+    point: tuple[float, float] | None
+    attitude: str | Sequence[float] | None
+    tilt: Distribution
+    keep: Place | None
+    steps: int | None
+    to_the_end: bool
+
+
 class Shooter:
-    """Shoots the projectile of a scene at its sheet. What a real shot does not control is drawn anew for each: the yarns, if the
-    scene draws them, and where within one mesh about `point` (m from the middle) the centre flies; with `point` None it flies as
-    the scene says.
+    """Shoots the projectile of a scene at its sheet: `shoot(velocity, number)` gives whether it was stopped, and its speed left.
 
-    - `attitude`, `tilt`: as for `vary`;
-    - `keep`: a file that receives each shot as it comes; what is in it is not shot again;
-    - `steps`: most of a shot; default: ten times those of `fly`, as a shot near the limit goes through slowly;
-    - `to_the_end`: whether a shot goes on after "through", until it has exited.
+    What a real shot does not control is sampled anew for each: yarns, if the scene samples them, and where within one mesh about
+    `point` the centre flies. A shot ends when it is arrested, has rebounded or exited, when held yarn does not stop it any more
+    ("through"), or when its contact is with torn cloth only; in the last two cases its speed may still change a little
+    (docs/v50.md, "Method"). A shot that neither stops nor goes through, misses the sheet, or is too fast for the time step after
+    others that were not, raises Unknown, a RuntimeError.
 
-    A shot ends when it is arrested, has rebounded or exited, when held yarn does not stop it any more ("through"), or when its
-    contact is with torn cloth only. In the last two cases it went through, but its speed may still change a little (docs/v50.md,
-    "Method").
-    A shot that neither stops nor goes through within the steps, misses the sheet, or is too fast for the time step after others
-    that were not, raises Unknown, a RuntimeError.
+    Parameters
+    ----------
+    scene : Scene or str
+        Scene, or the name of a preset or a scene file.
+    seed : int
+        Seed of the samples.
+    point : pair of float, optional
+        Middle of the points of impact, m from the middle of the sheet; None: as the scene says.
+    attitude, tilt : optional
+        As for `vary`.
+    keep : path, optional
+        File that receives each shot; what is in it is not shot again.
+    steps : int, optional
+        Most steps of a shot; default: ten times those of `fly`.
+    to_the_end : bool
+        Whether a shot goes on after "through", until it has exited.
     """
 
     UNTIL = ("arrested", "detached", "exited", "passed", "rebounded", "through")
@@ -44,7 +65,7 @@ class Shooter:
         seed: int = 1,
         point: tuple[float, float] | None = (0.0, 0.0),
         attitude: str | Sequence[float] | None = None,
-        tilt: Any = None,
+        tilt: Distribution = None,
         keep: Place | None = None,
         steps: int | None = None,
         to_the_end: bool = False,

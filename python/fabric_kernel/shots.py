@@ -17,9 +17,11 @@ UNKNOWN = 3
 
 
 class Shot(NamedTuple):
-    velocity: float  # m/s
+    """Velocity, m/s, whether the fabric stopped it, and residual velocity, m/s, 0 if stopped."""
+
+    velocity: float
     stopped: bool
-    residual: float  # m/s, 0 if stopped
+    residual: float
 
     def words(self) -> str:
         return "stopped" if self.stopped else f"through with {self.residual:.2f} m/s"

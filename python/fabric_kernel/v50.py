@@ -8,24 +8,26 @@ truth in docs/tables/v50.md.
 import argparse
 import contextlib
 import copy
+import dataclasses
 import functools
 import math
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy
 
 from . import checks, designs, limit, network, results, window
 from ._kernel import Refused, Scene
 from .about import cautions, command, described, finished, of_a_scene, own_tests_of, positive
+from .compared import model_error
 from .family import Corrected, OwnTests
 from .files import Place, csv_of, titled, written
 from .likelihood import LINKS
-from .model_error import model_error
 from .notes import Note
 from .page import Page, notebook, printed
+from .record import record
 from .sensitivity import Sensitivity
 from .shooter import Shooter, Unknown
 from .shots import Shoot, Shot, share_within, shot_of, shots_of
@@ -38,29 +40,30 @@ AT_IGNORES = set("design low high deviation plan aim last link tests simulated s
 """Options that --at would not read."""
 
 
-class LimitTest(NamedTuple):
+@record
+class LimitTest:
     """A finished test. `v50` and `interval` are its result, `text` and `write` report it, `plot.limit` draws it."""
 
-    title: str
-    design: str
-    seeds: str
-    shots: tuple[Shot, ...]
-    fit: limit.Fit
-    average: limit.Average
-    residual: limit.Residual
-    notes: tuple[str, ...]
-    about: tuple[str, ...] = ()  # what was shot at
-    against: str = ""  # how far the model may be off, where a scene was shot at
-    cautions: tuple[str, ...] = ()  # what the reader must know first
-    sensitivity: Sensitivity | None = None
-    doubt: str = ""  # that slower shots went through, or faster ones were stopped
-    ladder: tuple[Shot, ...] = ()  # below and above the limit, which are not fitted
-    window: Window | None = None  # then there is no fit
-    warnings: tuple[Note, ...] = ()  # decisive ones of the shots
-    corrected: Corrected | None = None  # V50 as own tests have it
-    shift: network.Shift | None = None  # of the limit by bars half as long
-    within: float = math.nan  # half of the interval that was asked for, over V50
-    groups: str = ""  # of residual velocities
+    title: Annotated[str, "title of reports"]
+    design: Annotated[str, "how the velocities were chosen"]
+    seeds: Annotated[str, "seeds of shots and simulated tests"]
+    shots: Annotated[tuple[Shot, ...], "shots that are fitted"]
+    fit: Annotated[limit.Fit, "fit with its intervals"]
+    average: Annotated[limit.Average, "V50 of MIL-STD-662F"]
+    residual: Annotated[limit.Residual, "curve of the residual velocities"]
+    notes: Annotated[tuple[str, ...], "what was shot at, and how"]
+    about: Annotated[tuple[str, ...], "what was shot at"] = ()
+    against: Annotated[str, "how far the model may be off, where a scene was shot at"] = ""
+    cautions: Annotated[tuple[str, ...], "what the reader must know first"] = ()
+    sensitivity: Annotated[Sensitivity | None, "changes of the limit"] = None
+    doubt: Annotated[str, "that slower shots went through, or faster ones were stopped"] = ""
+    ladder: Annotated[tuple[Shot, ...], "below and above the limit, which are not fitted"] = ()
+    window: Annotated[Window | None, "then there is no fit"] = None
+    warnings: Annotated[tuple[Note, ...], "decisive ones of the shots"] = ()
+    corrected: Annotated[Corrected | None, "V50 as own tests have it"] = None
+    shift: Annotated[network.Shift | None, "of the limit by bars half as long"] = None
+    within: Annotated[float, "half of the interval that was asked for, over V50"] = math.nan
+    groups: Annotated[str, "of residual velocities"] = ""
 
     @property
     def v50(self) -> float:
@@ -203,7 +206,9 @@ class LimitTest(NamedTuple):
         if self.sensitivity:
             plot.tornado(self.sensitivity, folder / "sensitivity.svg")
             heading = ("variant", "change_percent", "low_percent", "high_percent", "shots")
-            written(folder / "sensitivity.csv", csv_of(heading, [one[1:6] for one in self.sensitivity.changes]))
+            written(
+                folder / "sensitivity.csv", csv_of(heading, [list(vars(one).values())[1:6] for one in self.sensitivity.changes])
+            )
         results.save(self, folder / "test.json")
         written(
             folder / "report.html",
@@ -254,23 +259,46 @@ def v50(
     within: float | None = None,
     shifted: bool = False,
 ) -> LimitTest:
-    """Shoots, fits and returns the test.
+    """Ballistic limit with its interval: shoots, fits and returns the test.
 
-    - `shoot`: a shot that is Unknown is left out, which the report says, and shot again with the next draw; the third in turn
-      ends the test: with the bound of the shots so far if all are alike, else by raising it;
-    - `design`: chooses the velocities; one that is not positive ends the test, which says so. Neyer's and the three-phase design
-      end it after twelve shots with one result, with the bound that they give;
-    - `link`: "probit" or "logit", the law of single limits;
-    - `beside`: whether slower and faster shots are made before the limit is told (`window.py`): where these or others contradict
-      one limit there is none;
-    - `within`: half of the interval of V50 over V50, at which shots end before there are as many as `shots`;
-    - `shifted`: whether the shift of the limit with bars half as long is computed, of a `Shooter`, which takes twice the time;
-    - `tests`, `seed`: simulated tests behind each interval, and the seed of the simulations; 0 tests: chi squared instead;
-    - `own_tests`: own firing tests that correct V50 of a `Shooter`'s scene;
-    - `seeds`: words about the draws of the shots, for the report; `about`: what was shot at, likewise; `say`: receives a line
-      after each shot.
+    A shot of unknown end is left out, which the report says, and repeated with the next samples; the third in turn ends it.
 
-    Raises ValueError with the name of the argument; what `shoot` raises is passed on.
+    Parameters
+    ----------
+    shoot : callable, Scene or str
+        Shots: a `Shooter`, a function of a velocity, m/s, and the number of the shot, or a scene.
+    design : Neyer, ThreePhase or Plan, optional
+        Chooses the velocities; default: Neyer's design about the velocity of the scene. It ends a test
+        after twelve shots with one result, with the bound that they give.
+    shots : int
+        Number of shots.
+    link : str
+        Law of single limits, "probit" or "logit".
+    confidence : float
+        Confidence of the intervals.
+    tests : int
+        Simulated tests behind each interval; 0: chi squared.
+    seed : int
+        Seed of the simulated tests.
+    title, seeds, about : str, str, sequence of str
+        For the report: title, words about the samples, and what was shot at.
+    say : callable, optional
+        Receives a line after each shot.
+    beside : bool
+        Whether slower and faster shots are made, too: where these contradict one limit there is none.
+    own_tests : OwnTests, optional
+        Own firing tests that correct V50 of a `Shooter`'s scene.
+    within : float, optional
+        Half of the interval of V50 over V50 that ends the test.
+    shifted : bool
+        Whether the shift of the limit by bars half as long is computed, which takes twice the time.
+
+    Raises
+    ------
+    ValueError
+        An argument is wrong; the message begins with its name.
+    Refused
+        The scene cannot be simulated.
     """
     checks.whole("shots", shots, 1)
     if isinstance(shoot, (Scene, str)):
@@ -315,7 +343,7 @@ def v50(
     if hole:
         found, average = limit.withheld(found), limit.Average(math.nan, 0, math.nan)
         residual = limit.Residual(math.nan, math.nan, math.nan, math.nan, "")
-        hole = hole._replace(near_held=window.near_held(shoot.flown, hole)) if isinstance(shoot, Shooter) else hole
+        hole = dataclasses.replace(hole, near_held=window.near_held(shoot.flown, hole)) if isinstance(shoot, Shooter) else hole
     drawn = seeds or (shoot.drawn() if isinstance(shoot, Shooter) else "")
     words = f"{drawn} {simulated}".strip()
     against = ""
@@ -337,7 +365,7 @@ def v50(
         against = model_error(shot_at, confidence).sentence(interval.low, interval.high)
         first, decisive = cautions(shoot.scene), (*shoot.warnings(), *decisive)
         if moved and (moved.is_small() or moved.advice()):  # Found, where a note on the scene only guesses.
-            decisive = tuple(note for note in decisive if note.code != "coarse_network")
+            decisive = tuple(note for note in decisive if note.kind != "coarse_network")
         corrected = own_tests.corrected(shot_at, value, *interval) if own_tests else None
         against = "" if corrected and math.isfinite(corrected.value) else against
     shots_made, told = tuple(made), (tuple(notes), tuple(about), against, first)
@@ -391,20 +419,21 @@ def design_named(name: str, velocity: float, shots: int, given: Any) -> designs.
     return kind(given.low, given.high, sigma or designs.DEVIATION * middle / LINKS[given.link].deviation, given.link, **last)
 
 
-class Share(NamedTuple):
+@record
+class Share:
     """What `at` finds of shots at one velocity. `write` reports it."""
 
-    title: str
-    velocity: float  # m/s
-    shots: tuple[Shot, ...]  # of known end
-    unknown: int  # shots that neither stopped nor went through
-    through: int
-    share: float  # of the known that went through; NaN without one
-    low: float  # interval: the unknown count as stopped below and as through above
-    high: float
-    confidence: float
-    answer: tuple[str, ...]
-    notes: tuple[str, ...]
+    title: Annotated[str, "title of reports"]
+    velocity: Annotated[float, "m/s"]
+    shots: Annotated[tuple[Shot, ...], "of known end"]
+    unknown: Annotated[int, "shots that neither stopped nor went through"]
+    through: Annotated[int, "shots that went through"]
+    share: Annotated[float, "of the known that went through; NaN without one"]
+    low: Annotated[float, "interval: the unknown count as stopped below and as through above"]
+    high: Annotated[float, "upper end: the unknown count as through"]
+    confidence: Annotated[float, "of the interval"]
+    answer: Annotated[tuple[str, ...], "what was found, in sentences"]
+    notes: Annotated[tuple[str, ...], "what was shot at, and how"]
 
     def every_shot(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         """Heading and rows."""
@@ -582,7 +611,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             from .sensitivity import sensitivity
 
             found = sensitivity(shoot, test.fit.mu, keep=given.out / "sensitivity.jsonl")
-            test = test._replace(sensitivity=found)
+            test = dataclasses.replace(test, sensitivity=found)
         given.answer = test
         written_now = test.write(given.out)
         print("", test.text(), sep="\n")

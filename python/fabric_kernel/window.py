@@ -15,41 +15,41 @@ tests/python/test_window.py measures how often shots without a window are said t
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy
 import scipy  # Its parts are loaded where they are used.
 from numpy.typing import ArrayLike
 
-from . import checks, limit
+from . import checks, limit, runs
 from ._kernel import Scene
 from .likelihood import PROBIT, firth
+from .record import record
 
 FROM, TO, WIDER, RARE, FEWEST = 0.3, 1.4, 2.0, 0.005, 8
 NO_LIMIT, STATUS = "no_single_limit", 4
 """Code of a note of a window, and exit status of a command that found one."""
 APART, FEW = 2.0, 8
 """Gap between two groups over the wider one; each has one of so many shots."""
-CLAMPS = 0.5
-"""Share of the failed segments near held nodes from which on the clamps are named as the cause."""
 
 
-class Window(NamedTuple):
-    """m/s. A test that has one has no single limit."""
+@record
+class Window:
+    """Velocities, m/s, below the limit at which shots go through. A test that has one has no single limit."""
 
-    lowest: float  # slowest shot that went through
-    stopped: float  # the fastest that is slower than it: up to here all were stopped; 0 if there is none
-    fastest: float  # the fastest that was stopped
-    through: int  # shots that went through below that
-    faster: int  # stopped shots that are faster than the slowest that went through
-    near_held: float = math.nan  # share of the failed segments of both that lie within three spacings of a held node
+    lowest: Annotated[float, "slowest shot that went through"]
+    stopped: Annotated[float, "the fastest that is slower than it: up to here all were stopped; 0 if there is none"]
+    fastest: Annotated[float, "the fastest that was stopped"]
+    through: Annotated[int, "shots that went through below that"]
+    faster: Annotated[int, "stopped shots that are faster than the slowest that went through"]
+    near_held: Annotated[float, "share of the failed segments of both that lie within three spacings of a held node"] = math.nan
 
     def sentence(self) -> str:
         below = f"every slower shot, up to {self.stopped:.4g} m/s, was stopped" if self.stopped else "no slower shot was stopped"
         cause = (
             f" Yarns broke at the clamps first: {100 * self.near_held:.0f} % of the failed segments lie within three spacings "
             f"of a held node."
-            if self.near_held >= CLAMPS
+            if self.near_held >= runs.CLAMPS
             else ""
         )
         return (
@@ -136,23 +136,30 @@ def shot_beside(
     return found, "" if found else doubt, note
 
 
-def groups(velocities: ArrayLike, residuals: ArrayLike) -> str:
-    """Says that the energy taken from shots that went through falls into two groups, as where some are caught by many yarns and
-    others cut through; empty if it does not. The gap between them is at least APART times as wide as either group, each of which
-    has a shot in FEW or more."""
+def slower(velocities: ArrayLike, residuals: ArrayLike) -> numpy.ndarray:
+    """Shots that went through and lost much more energy than the others, of two groups; none where there is one group.
+
+    The gap between the groups is at least APART times as wide as either, and each has a shot in FEW or more."""
     v, left = numpy.asarray(velocities, float), numpy.asarray(residuals, float)
-    order = numpy.argsort(v * v - left * left)
-    taken = (v * v - left * left)[order]
-    least = max(3, math.ceil(len(v) / FEW))
+    taken = v * v - left * left
+    ordered, least = numpy.sort(taken), max(3, math.ceil(len(v) / FEW))
     for k in range(least, len(v) - least + 1):
-        gap, low, high = taken[k] - taken[k - 1], numpy.ptp(taken[:k]), numpy.ptp(taken[k:])
-        if gap > APART * max(low, high):
-            ends = lambda part: f"{left[order][part].min():.4g} to {left[order][part].max():.4g} m/s"
-            return (
-                f"Residual velocities fall into two groups: {k} shots left with {ends(slice(0, k))} and {len(v) - k} with "
-                f"{ends(slice(k, None))}, so that two ways of perforation are mixed."
-            )
-    return ""
+        if ordered[k] - ordered[k - 1] > APART * max(numpy.ptp(ordered[:k]), numpy.ptp(ordered[k:])):
+            return taken >= ordered[k]
+    return numpy.zeros(len(v), bool)
+
+
+def groups(velocities: ArrayLike, residuals: ArrayLike) -> str:
+    """Sentence where residual velocities fall into two groups (`slower`), as where some shots are caught by many yarns and others
+    cut through; empty otherwise."""
+    left, slow = numpy.asarray(residuals, float), slower(velocities, residuals)
+    if not slow.any():
+        return ""
+    ends = lambda part: f"{left[part].min():.4g} to {left[part].max():.4g} m/s"
+    return (
+        f"Residual velocities fall into two groups: {(~slow).sum()} shots left with {ends(~slow)} and {slow.sum()} with "
+        f"{ends(slow)}, so that two ways of perforation are mixed."
+    )
 
 
 def near_held(shots: Sequence[tuple[Scene, Mapping[str, Any]]], found: Window) -> float:

@@ -97,7 +97,7 @@ def test_scatter_asks_for_more_shots_and_what_they_cannot_resolve_is_said():
 
 def test_a_shot_has_the_numbers_of_its_run():
     one, row = scene(20.0), fk.fly(fk.vary(scene(20.0), 1, seed=1)[0])
-    for quantity, value in (("deflection", row["max_deflection"]), ("absorbed", row["absorbed"]), ("speed", 0.0)):
+    for quantity, value in (("deflection", row.max_deflection), ("absorbed", row.absorbed), ("speed", 0.0)):
         found = module.shot_of([one, one, 0, 1, quantity, None, 20.0, 100_000, True])
         assert (found["value"], found["stopped"]) == (value, True)
 

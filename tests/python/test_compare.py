@@ -3,6 +3,7 @@
 import json
 import math
 import sys
+from dataclasses import replace
 
 import numpy
 import pytest
@@ -31,7 +32,7 @@ def test_the_difference_of_two_limits_is_that_of_independent_logarithms():
     assert pair.p == pytest.approx(2 * scipy.stats.t.sf(scipy.stats.t.ppf(0.975, 36) * middle / half, 36))
     assert pair.node_steps == 2e9
     # A limit without an end on one side is not distinguished, nor one without an interval.
-    open_below = shield("a", 220.0, 0.03)._replace(interval=Interval(-math.inf, 230.0))
+    open_below = replace(shield("a", 220.0, 0.03), interval=Interval(-math.inf, 230.0))
     (pair,) = compare.decided(compare.of_limits([open_below, shield("b", 200.0, 0.04)], 0.95, None), 0.95)
     assert (pair.p, pair.verdict) == (1.0, "not distinguished")
 
@@ -75,7 +76,7 @@ def test_shares_at_one_velocity_are_compared_by_the_shots_in_which_they_differ()
     assert pair.p == pytest.approx(2 * 0.5**8)
     assert pair.interval.low < 80.0 < pair.interval.high <= 100.0
     assert compare.of_shares([a, b], {"a": [True], "b": [True]}, 0.95)[0].p == 1.0
-    found = compare.Comparison("", 100.0, 0.95, (a, b._replace(value=90.0)), (), (), (), ())
+    found = compare.Comparison("", 100.0, 0.95, (a, replace(b, value=90.0)), (), (), (), ())
     assert found.answer()[0].startswith("Most stopped at 100 m/s: a and b, 90 %")
 
 
@@ -87,8 +88,8 @@ def test_the_first_line_has_the_corrected_limit():
         "Highest limit: a, V50 242.0 m/s, 95 % interval [220.0, 264.0] m/s, as own tests correct it; of the model alone 220.0 "
         "m/s, 95 % interval [213.5, 226.7] m/s."
     )
-    outside = its._replace(value=math.nan)
-    assert "of the model." in found._replace(shields=(shields[0]._replace(corrected=outside),)).answer()[0]
+    outside = replace(its, value=math.nan)
+    assert "of the model." in replace(found, shields=(replace(shields[0], corrected=outside),)).answer()[0]
 
 
 def shots_at(random, middle, scatter, velocities):
@@ -113,17 +114,17 @@ def test_what_is_advised_of_the_network_is_what_was_found(monkeypatch):
     body = {"shape": "box", "size": [3e-3, 3e-3, 3e-3], "mass": 0.21e-3, "velocity": [0, 0, 60.0]}
     scene = Scene("sheet_3in_sphere", fabric="kevlar_km2_s706", projectile=body)
     scene = scene.replace({"sheet.width": "20 mm", "sheet.yarns_per_bar": 2}).aimed()
-    codes = lambda test: [note.code for note in test.warnings]
+    kinds = lambda test: [note.kind for note in test.warnings]
     shifts = {"small": (-3.0, 2.0, False), "large": (-20.0, -8.0, False), "not known": (-12.0, 9.0, True)}
     for low, high, warned in shifts.values():
         found = network.Shift(0.5 * (low + high), Interval(low, high), 8)
         monkeypatch.setattr(network, "shift", lambda *_, found=found, **__: found)
         test = v50(scene, shots=8, tests=0, beside=False, shifted=True)
-        assert ("coarse_network" in codes(test)) == warned
+        assert ("coarse_network" in kinds(test)) == warned
         assert ("Take them: half of sheet.yarns_per_bar." in test.answer()[1]) == (high < -5.0)
         one = compare.with_limit("a", [scene], shields.Tested(test, 1.0, 1.0), None)
         assert any("Bars half as long change the limit." in note for note in one.cautions) == (high < -5.0)
-    assert "coarse_network" in codes(v50(scene, shots=8, tests=0, beside=False))
+    assert "coarse_network" in kinds(v50(scene, shots=8, tests=0, beside=False))
 
 
 def test_bars_half_as_long_are_the_same_fabric():

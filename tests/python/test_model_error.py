@@ -9,9 +9,9 @@ import numpy
 import pytest
 import scipy.stats
 from fabric_kernel import Scene, residual, vary
+from fabric_kernel.compared import compared, factor, left_out, model_error
 from fabric_kernel.designs import Plan
 from fabric_kernel.ensembles import within_mesh
-from fabric_kernel.model_error import compared, factor, left_out, model_error
 from fabric_kernel.runs import LOST
 from fabric_kernel.textile import areal_density, axes, cunniff_velocity, presented_area
 from fabric_kernel.v50 import Shooter, v50
@@ -144,7 +144,7 @@ def test_whatever_is_drawn_or_listed_is_compared():
             "stopped": True,
             "speed": 0.0,
             "steps": 1,
-            "initial_kinetic": 1.0,
+            "impact_energy": 1.0,
             "outcome": "arrested",
             "max_deflection": 1.0,
         }

@@ -8,7 +8,7 @@ import tomllib
 import pytest
 from fabric_kernel import Scene, Simulation
 from fabric_kernel.about import PAPER, cautions
-from fabric_kernel.model_error import model_error
+from fabric_kernel.compared import model_error
 from fabric_kernel.oneply import MARGIN, reference, windowing
 from fabric_kernel.textile import spacings
 

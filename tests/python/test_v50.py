@@ -27,10 +27,10 @@ def test_a_shot_is_that_of_its_number():
     shoot = Shooter(small_scene(), seed=3, point=None)
     stopped, residual = shoot(70.0, 2)
     row = fly(vary(small_scene(), 3, seed=3, speed=70.0)[2], until=Shooter.UNTIL, steps=1_000_000)
-    assert (stopped, residual) == (row["stopped"], row["speed"])
+    assert (stopped, residual) == (row.stopped, row.speed)
     assert (
         shoot.notes()[-1]
-        == f"The viscosity of the yarn dissipated {100 * row['viscous'] / row['absorbed']:.0f} % of the absorbed energy."
+        == f"The viscosity of the yarn dissipated {100 * row.viscous / row.absorbed:.0f} % of the absorbed energy."
     )
     assert shoot.warnings() == []
     # Within a mesh about the middle: another point, the same for each call.
@@ -305,7 +305,7 @@ def test_a_scene_is_enough_and_results_have_names(tmp_path):
 
 
 def test_warnings_are_objects_that_are_saved_and_sent():
-    note = fk.runs.doubts(*([one] for one in (small_scene().replace(step_check="none"), fk.fly(small_scene()))))[-1]
-    assert (note.code, note.numbers, note.text == note) == ("step_unchecked", {"runs": 1, "of": 1}, True)
+    note = fk.runs.doubts([small_scene().replace(step_check="none")], [vars(fk.fly(small_scene()))])[-1]
+    assert (note.kind, note.numbers, note.text == note) == ("step_unchecked", {"runs": 1, "of": 1}, True)
     for again in (pickle.loads(pickle.dumps(note)), results.restored(Note, results.plain(note))):
-        assert (again, again.code, again.numbers) == (note, note.code, note.numbers)
+        assert (again, again.kind, again.numbers) == (note, note.kind, note.numbers)

@@ -86,7 +86,7 @@ const PLOTS = [
   new Plot(plots, "Velocity normal to the sheet", "m/s", [{ name: "normal", colour: "--a", of: (row) => row.velocity_z_m_per_s }], axis),
   new Plot(plots, "Force normal to the sheet, mean of 64 steps", "N", [{ name: "force", colour: "--b", of: (row) => -row.force_z_n }], axis),
   new Plot(plots, "Energy absorbed", "J", [
-    { name: "all", colour: "--a", of: (row) => row.contact_work_j },
+    { name: "all", colour: "--a", of: (row) => row.absorbed_j },
     { name: "strain", colour: "--b", of: (row) => row.strain_j },
     { name: "kinetic", colour: "--c", of: (row) => row.fabric_kinetic_j },
     { name: "rupture", colour: "--d", of: (row) => row.dissipated_j },
@@ -377,7 +377,7 @@ function finish(last: Rest): void {
   const through = ended.includes("exited");
   card.textContent = ended.includes("arrested") ? "Stopped" : through ? `Through at ${fast.toFixed(0)} m/s` : ended === "passed" ? "Passed by" : "Not decided";
   if (through || ended.includes("arrested")) curve.add({ speed: shown.speed, through, residual: through ? fast : 0 });
-  const residual = `velocity ${row.velocity_z_m_per_s.toFixed(1)} m/s, ${row.contact_work_j.toFixed(2)} J absorbed`;
+  const residual = `velocity ${row.velocity_z_m_per_s.toFixed(1)} m/s, ${row.absorbed_j.toFixed(2)} J absorbed`;
   const name = ended.charAt(0).toUpperCase() + ended.slice(1);
   const open = Math.abs(row.energy_residual_j) > 0.01 * (history[0]?.projectile_kinetic_j ?? 0) ? "The energy residual exceeds 1 % of the impact energy: slack yarn changes the energy, see \"Slack and taut\" in docs/model.md. " : "";
   outcome.textContent = `${name} ${at}: ${residual}. ${open} ${latched.includes("detached") ? "The sheet has torn off. " : ""}The picture: the sheet at its deepest.`;
@@ -430,7 +430,7 @@ function update(): void {
   const pin = native[nameOf(shown) ?? ""];
   values.time.textContent = `${microseconds(frame.row)}, step ${row.step.toLocaleString("en")}`;
   values.velocity.textContent = `${row.velocity_z_m_per_s.toFixed(3)} m/s`;
-  values.absorbed.textContent = `${row.contact_work_j.toFixed(4)} J of ${start.toFixed(2)} J${row.support_work_j > 0 ? `, ${row.support_work_j.toFixed(4)} J of it by held nodes` : ""}`;
+  values.absorbed.textContent = `${row.absorbed_j.toFixed(4)} J of ${start.toFixed(2)} J${row.support_work_j > 0 ? `, ${row.support_work_j.toFixed(4)} J of it by held nodes` : ""}`;
   values.peak.textContent = `${frame.peakForce.toFixed(1)} N`;
   values.failed.textContent = failed.toLocaleString("en");
   const open = row.energy_residual_j / Math.max(start, 1e-12);

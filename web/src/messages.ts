@@ -11,7 +11,7 @@ export const MOST_STEPS = 100_000;
 export const COLUMNS = [
   "step", "time_s", "position_x_m", "position_y_m", "position_z_m", "velocity_x_m_per_s", "velocity_y_m_per_s", "velocity_z_m_per_s",
   "angular_velocity_x_rad_per_s", "angular_velocity_y_rad_per_s", "angular_velocity_z_rad_per_s", "force_x_n", "force_y_n", "force_z_n",
-  "contact_work_j", "contact_loss_j", "projectile_kinetic_j", "fabric_kinetic_j", "strain_j", "dissipated_j", "viscous_j", "friction_j",
+  "absorbed_j", "contact_loss_j", "projectile_kinetic_j", "fabric_kinetic_j", "strain_j", "dissipated_j", "viscous_j", "friction_j",
   "ply_loss_j", "support_work_j", "casing_loss_j", "attachment_j", "energy_residual_j", "momentum_residual_n_s", "failed_segments", "contacts", "max_deflection_m", "max_stretch",
 ] as const;
 export type Column = (typeof COLUMNS)[number];

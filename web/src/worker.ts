@@ -120,7 +120,7 @@ class Run {
       velocity_x_m_per_s: of(velocity, 0), velocity_y_m_per_s: of(velocity, 1), velocity_z_m_per_s: of(velocity, 2),
       angular_velocity_x_rad_per_s: of(angularVelocity, 0), angular_velocity_y_rad_per_s: of(angularVelocity, 1), angular_velocity_z_rad_per_s: of(angularVelocity, 2),
       force_x_n: force(0), force_y_n: force(1), force_z_n: force(2),
-      contact_work_j: work, contact_loss_j: loss, projectile_kinetic_j: kinetic, fabric_kinetic_j: fabric, strain_j: strain, dissipated_j: dissipated,
+      absorbed_j: work, contact_loss_j: loss, projectile_kinetic_j: kinetic, fabric_kinetic_j: fabric, strain_j: strain, dissipated_j: dissipated,
       viscous_j: viscous, friction_j: friction, ply_loss_j: plies, support_work_j: held, casing_loss_j: onCasing, attachment_j: clamps, energy_residual_j: residual,
       momentum_residual_n_s: this.sim.momentumResidual(), failed_segments: failed, contacts, max_deflection_m: deflection, max_stretch: stretch,
     });

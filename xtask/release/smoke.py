@@ -169,7 +169,8 @@ def main():
         if sys.argv[1:] != ["--inside"]:
             # Where nothing is installed but the wheel with what it depends on, and FMPy.
             run(sys.executable, "-m", "venv", folder)
-            run(f"{folder}/bin/pip", "--quiet", "install", "--no-compile", only(f"*_{platform.machine()}.whl"), "fmpy")
+            wheel = f"{only(f'*_{platform.machine()}.whl')}[plots,tables]"
+            run(f"{folder}/bin/pip", "--quiet", "install", "--no-compile", wheel, "fmpy")
             sys.exit(subprocess.run([f"{folder}/bin/python", __file__, "--inside"], check=False).returncode)
         for part in (sums, wheel_and_library, source_of_the_wheel, fmus, capsule, page, bills_of_materials):
             start = time.perf_counter()

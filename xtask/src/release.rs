@@ -192,7 +192,7 @@ fn bills() -> Made {
     let wheel = wheels.join(names.iter().find(own).context("no wheel of this machine")?);
     sh!("python3 -m venv --without-pip {environment}").run()?;
     let pip = sh!("{python} -m pip --quiet --disable-pip-version-check --python {inside} install --no-compile");
-    pip.arg(wheel).args(["-c", "requirements.txt", "-c", "evidence/requirements.txt"]).run()?;
+    pip.arg(format!("{}[all]", wheel.display())).args(["-c", "requirements.txt", "-c", "evidence/requirements.txt"]).run()?;
     sh!("{python} -m cyclonedx_py environment {inside} --output-reproducible -o {file}").run()?;
     save("python", &file, "the Python packages that a wheel needs")?;
     Ok(made)

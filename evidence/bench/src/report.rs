@@ -4,7 +4,7 @@ use std::path::Path;
 
 /// Where the numbers are, and what makes a report of them.
 pub fn written(out: &Path) -> String {
-    format!("written: {}; pictures, after pip install ./python: python -m evidence bench {0}", out.display())
+    format!("written: {}; pictures, after pip install ./python[all]: python -m evidence bench {0}", out.display())
 }
 
 /// The middle value; the mean of the two middle ones of an even number. NaN for none.

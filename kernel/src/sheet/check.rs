@@ -20,8 +20,8 @@ const LARGEST_SPACING_RATIO: f64 = 10.0;
 const THINNEST: f64 = 10.0;
 
 impl Scene {
-    /// The step in use and its limits, with the checks of [`Scene::check`]. Draws every segment of a stochastic
-    /// sheet to find the stiffest, and of drawn strength the strongest.
+    /// The step in use and its limits, with the checks of [`Scene::check`]. Draws every segment of a
+    /// stochastic sheet to find the stiffest, and of drawn strength the strongest.
     pub fn step_limits(&self) -> Result<StepLimits, Error> {
         self.check()?;
         self.limits_of_all()

@@ -398,8 +398,8 @@ impl ForcesFromBelow<'_> {
     }
 }
 
-/// Forces of the segments of a row as the sweep would find them: nothing is stepped, no damage and no state of
-/// an effect is kept.
+/// Forces of the segments of a row as the sweep would find them: nothing is stepped, no damage and no state
+/// of an effect is kept.
 pub(crate) struct RowForces<'a> {
     geometry: Any<'a>,
     yarns: Yarns<'a>,
