@@ -3,9 +3,10 @@
 
 use crate::platforms::Targets;
 use crate::tools::{
-    Context as _, Outcome, cargo_tool, emptied, ensure, listed, python, python_with, sh, shell, target, top, xshell,
+    Context as _, Outcome, PUBLISHED, cargo_tool, emptied, ensure, listed, python, python_with, sh, shell, target, top,
+    xshell,
 };
-use crate::{demo, fmu, install, site, tests::PUBLISHED, web, wheel};
+use crate::{demo, fmu, install, site, web, wheel};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
