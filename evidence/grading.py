@@ -142,10 +142,10 @@ def fabrics(study):
     drawing.below(figure, axis)
     drawing.save(figure, study.folder / "grading.svg")
     study.picture("grading.svg", "grading.svg")
-    columns = [*page.same(["case", "network", "nodes"], None), ("absorbed J", "absorbed J", 2)]
-    columns += [("error %", with_open("absorbed"), None), ("residual %", "residual %", 3)]
+    columns = [*page.same(["case", "network", "nodes"], None), ("absorbed J", 2)]
+    columns += [("error %", with_open("absorbed"), None), ("residual %", 3)]
     columns.append(("limit, error %", of_limit, None))
-    columns += [*page.same(["nodes, times fewer", "times faster"], 1), ("CPU s", "CPU s", 2)]
+    columns += [*page.same(["nodes, times fewer", "times faster"], 1), ("CPU s", 2)]
     text = (
         page.table(rows, columns) + f"\n{hits} hits. Limits: {1e3 * NARROW:.0f} mm wide; {counts[0]} shots of the whole network, "
     )
@@ -200,13 +200,13 @@ def answer(study):
             row |= {what: mean(columns[index]), gain: mean(references[index]) / mean(columns[index])}
         rows.append(row)
     study.write("grading", rows)
-    columns = [*page.same(["case", "network", "nodes"], None), ("runs", "runs", 0)]
+    columns = [*page.same(["case", "network", "nodes"], None), ("runs", 0)]
     for what, unit in (("absorbed", "J"), ("velocity", "m/s")):
         columns += [
             (f"{what} {unit}", f"{what} {unit}", 2),
             ("deviation %", f"{what}: deviation %", 2),
             ("error %", with_open(what), None),
         ]
-    columns += [("node-steps", "node-steps", "e2"), *page.same(["times fewer", "times faster"], 1)]
+    columns += [("node-steps", "e2"), *page.same(["times fewer", "times faster"], 1)]
     study.table("accuracy_grading", "Graded networks against the whole fabric", page.table(rows, columns))
     fabrics(study)

@@ -97,13 +97,7 @@ def pointwise(study):
     energies, held = study.of((5.0, 10.0, 40.0), (40.0,), (40.0,)), HELD[: study.of(4, 4, 1)]
     rows = sum(study.each(points, [(*sheet, energy) for sheet in held for energy in energies]), [])
     study.write("pointwise", rows)
-    columns = [
-        ("case", "case", None),
-        ("step", "step", 0),
-        ("time us", "time us", 1),
-        ("slack segments %", "slack segments %", 0),
-        *page.same(DISTANCES, "e1"),
-    ]
+    columns = [("case", None), ("step", 0), ("time us", 1), ("slack segments %", 0), *page.same(DISTANCES, "e1")]
     study.table("accuracy_pointwise", "Point by point before the first failure", page.table(rows, columns))
     return all(row[name] < TOLERANCE for row in rows if row["step"] <= ROWS[0] for name in DISTANCES[:2])
 
@@ -136,7 +130,7 @@ def quarter(study):
         jobs.append((case.name, *(scene_of(case, study.effort == SMOKE, *way) for way in ways)))
     rows = sum(study.each(looks, jobs), [])
     study.write("quarter", rows)
-    columns = [("case", "case", None), ("step", "step", 0), ("time us", "time us", 1), *page.same(list(rows[0])[3:], "e1")]
+    columns = [("case", None), ("step", 0), ("time us", 1), *page.same(list(rows[0])[3:], "e1")]
     study.table("accuracy_quarter", "Quarter against whole sheet, before the first failure", page.table(rows, columns))
     return all(row["position: quarter, whole (h)"] < TOLERANCE for row in rows if row["step"] == LOOKS[0])
 
@@ -168,7 +162,7 @@ def answer(study):
         series,
     )
     study.picture("runs_absorbed_steps.svg", "accuracy_runs_absorbed_steps.svg")
-    columns = [*page.same(["case", "what differs"], None), ("runs", "runs", 0)]
+    columns = [*page.same(["case", "what differs"], None), ("runs", 0)]
     for heading, _, digits in MEASURES:
         columns += [(heading, heading, digits), ("deviation %", f"{heading}: deviation %", 3)]
     study.table("accuracy_runs_summary", "Number of runs in a mean", page.table(rows, columns, 2))

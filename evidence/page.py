@@ -16,11 +16,10 @@ def markdown(heading, rows, text=0):
 
 
 def table(rows, columns, text=1):
-    """columns: (heading, key or function of a row, digits)."""
-    of = lambda row, key: key(row) if callable(key) else row[key]
-    return markdown(
-        [heading for heading, *_ in columns], [[shown(of(row, key), digits) for _, key, digits in columns] for row in rows], text
-    )
+    """columns: (heading, key or function of a row, digits); the heading alone where it is the key."""
+    of = lambda row, heading, *key: key[0](row) if key and callable(key[0]) else row[(heading, *key)[-1]]
+    cells = [[shown(of(row, *column[:-1]), column[-1]) for column in columns] for row in rows]
+    return markdown([column[0] for column in columns], cells, text)
 
 
 def shown(value, digits):
@@ -31,7 +30,7 @@ def shown(value, digits):
 
 
 def same(names, digits):
-    return [(name, name, digits) for name in names]
+    return [(name, digits) for name in names]
 
 
 def significant(value, digits=3):

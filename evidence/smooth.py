@@ -90,7 +90,7 @@ def answer(study):
         *page.same(["dt/dt_crit"], 3),
         *page.same(["node-steps", "position error m"], "e2"),
     ]
-    columns += [("order", "order", 2), ("energy error", "energy error", "e1")]
+    columns += [("order", 2), ("energy error", "e1")]
     study.table(
         "accuracy_smooth", "Smooth phase", page.table(plain, columns) + f"\nObserved order below {ASYMPTOTIC} dt_crit: {words}.\n"
     )

@@ -118,17 +118,17 @@ def converged(study, rows):
         )
     )
     columns = [
-        ("plies", "plies", 0),
+        ("plies", 0),
         *page.same(["viscosity"], None),
         ("damage rate of one yarn a bar", "damage rate", 0),
         ("with the length of a bar", "damage rate and length", None),
     ]
     columns += [
-        ("yarns a bar", "yarns a bar", 2),
-        ("hits", "hits", 0),
+        ("yarns a bar", 2),
+        ("hits", 0),
         ("absorbed J", value("absorbed J", 2), None),
         ("limit m/s", value("limit m/s", 1), None),
-        ("energy residual %", "energy residual %", 2),
+        ("energy residual %", 2),
     ]
     return (
         comparisons,

@@ -134,7 +134,7 @@ def tabled(study, name, title, jobs, named, sheets):
     shots = study.each(shot, [one for _, _, one in jobs], name)
     rows = [row_of(of, v, [(job[2], one) for job, one in zip(jobs, shots) if job[1] == of]) for of, v in named]
     study.write(name, rows)
-    columns = [("sheet", "sheet", None), ("velocities, m/s", "velocities", None)]
+    columns = [("sheet", None), ("velocities, m/s", "velocities", None)]
     columns += [(column, column, 0) for column in ("shots", "stopped", "through", "wrong", "missed", "not ended")]
     columns += [(f"{column}, %", column, 2) for column in ("least change", "mean change", "most change")]
     columns += [("steps to the end over those decided", "steps ratio", 1), ("CPU s likewise", "CPU ratio", 1)]

@@ -234,13 +234,7 @@ def impacts(study):
         row = {"case": name, "viscosity": viscosity_name(viscosity), "runs": runs} | dict(zip(MEASURES, map(mean, columns)))
         rows.append(row | {"absorbed J: deviation %": 100 * deviation(columns[0]) / row["absorbed J"]})
     study.write("viscosity", rows)
-    columns = [
-        ("case", "case", None),
-        ("viscosity", "viscosity", None),
-        ("runs", "runs", 0),
-        ("absorbed J", "absorbed J", 2),
-        ("deviation %", "absorbed J: deviation %", 1),
-    ]
+    columns = [("case", None), ("viscosity", None), ("runs", 0), ("absorbed J", 2), ("deviation %", "absorbed J: deviation %", 1)]
     study.table(
         "accuracy_viscosity",
         "Viscosity in whole impacts",
@@ -324,13 +318,9 @@ def draw(study, thin, profiles):
 
 
 def tables(study, rows, velocities):
-    strip = [
-        ("viscosity", "viscosity", None),
-        ("cylinder R mm", "cylinder R mm", 2),
-        ("segments in a spacing", "segments in a spacing", 0),
-    ]
+    strip = [("viscosity", None), ("cylinder R mm", 2), ("segments in a spacing", 0)]
     smith_, near, anywhere = "Smith: U - 1 %", "largest near the contact %", "largest anywhere %"
-    columns = strip + [("impact m/s", "impact m/s", 0)] + page.same([smith_, "mean behind the front %"], 4)
+    columns = strip + [("impact m/s", 0)] + page.same([smith_, "mean behind the front %"], 4)
     for name in (near, anywhere):
         columns += [(name, name, 4), ("over Smith", lambda row, name=name: row[name] / row[smith_], 2)]
     study.table(

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy
 from fabric_kernel import Scene, Simulation, drawing
 from fabric_kernel.drawing import Series
+from scipy.optimize import brentq
 
 from . import page
 from .comparison import Comparison, Point, about, exact
@@ -62,12 +63,8 @@ def smith_linear(strain):
 
 
 def linear_strain(over_c):
-    """Strain behind the front at V/c, by bisection: the velocity grows with it."""
-    low, high = 0.0, 1.0
-    for _ in range(100):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if smith_linear(middle) < over_c else (low, middle)
-    return low
+    """Strain behind the front at V/c."""
+    return brentq(lambda strain: smith_linear(strain) - over_c, 0.0, 1.0, xtol=1e-15)
 
 
 def wave_speed(scene):
@@ -211,7 +208,7 @@ def waves_text(study, rows):
         series,
     )
     study.picture("yarn.svg", "validation_yarn.svg")
-    columns = [*page.same(["yarn", "viscosity"], None), ("impact m/s", "impact m/s", 0)]
+    columns = [*page.same(["yarn", "viscosity"], None), ("impact m/s", 0)]
     for name, digits in quantities.items():
         columns += [
             (name, name, digits),

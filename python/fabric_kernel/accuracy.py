@@ -137,6 +137,10 @@ class Accuracy:
     recommended: Annotated[Setting | None, "setting of the first choice; None if none keeps the error"] = None
     recommended_scene: Annotated[str, "TOML"] = ""
 
+    def networks(self) -> list[Row]:
+        """Rows of its networks, coarse to fine."""
+        return of_ladder(self.rows)
+
     def answer(self) -> list[str]:
         lines, (words, _) = [], QUANTITIES[self.quantity]
         for one in self.choices:

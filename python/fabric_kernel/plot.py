@@ -297,11 +297,9 @@ def accuracy_on(axis: Any, found: Any, named: bool = True) -> None:
     """Error over processor time of a shot, marks for the networks and for what else was tried at one of them; what is recommended
     is a star, and what is asked for is dashed. An error below its interval is drawn at the end of the interval, as an arrow that
     points down. The scene as it is has a ring. named: whether settings have their names beside them, and axes more ticks."""
-    from .accuracy import of_ladder
-
     shown = [row for row in found.rows if math.isfinite(row.error)]
     kinds = {
-        "bars of other lengths": (networks := [row for row in of_ladder(found.rows) if row in shown]),
+        "bars of other lengths": (networks := [row for row in found.networks() if row in shown]),
         "other steps": [row for row in shown if row.setting.step],
         "slack balance": [row for row in shown if row.setting.balanced],
         "not graded": [row for row in shown if row.setting.is_network() and row not in networks],

@@ -10,7 +10,7 @@ pub fn prefix() -> PathBuf {
     target().join("prefix")
 }
 
-/// Its static form.
+/// The static form of it.
 pub fn library() -> PathBuf {
     prefix().join("lib/libfabric_kernel.a")
 }

@@ -184,8 +184,8 @@ fn compile(folder: &Path, compiler: &Compiler, others: &[&Target]) -> Outcome {
         if platform.extension == "dylib" {
             command = command.env("MACOSX_DEPLOYMENT_TARGET", format!("{}.{}", MACOS.0, MACOS.1));
             if !others.is_empty() {
-                // The linker makes the library's number (LC_UUID) from all that it writes, and stripping comes
-                // after it: without -S and -x it would write names of folders and local symbols.
+                // The linker makes the library's number (LC_UUID) from all that it writes: without -S and
+                // -x that has names of folders and local symbols, which are stripped later.
                 flags += " -Clinker-flavor=ld64.lld -Clink-arg=-S -Clink-arg=-x";
             }
             if !ON_MACOS {

@@ -3,9 +3,10 @@
 
 use crate::platforms::Targets;
 use crate::tools::{
-    Context as _, Outcome, cargo_tool, emptied, ensure, listed, python, python_with, sh, shell, target, top, xshell,
+    Context as _, Outcome, PUBLISHED, cargo_tool, emptied, ensure, listed, python, python_with, sh, shell, target, top,
+    xshell,
 };
-use crate::{demo, fmu, install, site, tests::PUBLISHED, web, wheel};
+use crate::{demo, fmu, install, site, web, wheel};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -192,7 +193,9 @@ fn bills() -> Made {
     let wheel = wheels.join(names.iter().find(own).context("no wheel of this machine")?);
     sh!("python3 -m venv --without-pip {environment}").run()?;
     let pip = sh!("{python} -m pip --quiet --disable-pip-version-check --python {inside} install --no-compile");
-    pip.arg(format!("{}[all]", wheel.display())).args(["-c", "requirements.txt", "-c", "evidence/requirements.txt"]).run()?;
+    pip.arg(format!("{}[all]", wheel.display()))
+        .args(["-c", "requirements.txt", "-c", "evidence/requirements.txt"])
+        .run()?;
     sh!("{python} -m cyclonedx_py environment {inside} --output-reproducible -o {file}").run()?;
     save("python", &file, "the Python packages that a wheel needs")?;
     Ok(made)

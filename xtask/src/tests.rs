@@ -2,7 +2,7 @@
 
 use crate::platforms::Targets;
 use crate::tools::{
-    Context as _, Outcome, STEP_LEFT_OUT, all_left_out, anyhow, bail, emptied, ensure, last_time, py_tests,
+    Context as _, Outcome, PUBLISHED, STEP_LEFT_OUT, all_left_out, anyhow, bail, emptied, ensure, last_time, py_tests,
     python_with, said, sh, shell, step_left_out, tables, target,
 };
 use crate::{fmu, wheel::installed};
@@ -143,8 +143,7 @@ fn documentation() -> Outcome {
     Ok(command.env("RUSTDOCFLAGS", "-D warnings -A rustdoc::private-intra-doc-links").run()?)
 }
 
-/// The crates as crates.io would get them build by themselves, and the kernel's documentation as docs.rs would
-/// build it.
+/// Builds of the crates as crates.io would get them, and of their documentation as docs.rs would.
 fn package() -> Outcome {
     sh!("cargo package --quiet {PUBLISHED...} --allow-dirty").run()?;
     let packed = target().join(format!("package/fabric-kernel-{}/Cargo.toml", env!("CARGO_PKG_VERSION")));
@@ -155,9 +154,6 @@ fn package() -> Outcome {
     let options = ["--quiet", "--no-deps", "--features", "micro"];
     Ok(sh!("cargo doc {options...} --manifest-path {packed} --target-dir {folder}").run()?)
 }
-
-/// The crates of a release, as options of cargo.
-pub const PUBLISHED: [&str; 6] = ["-p", "fabric-kernel", "-p", "fabric-capsule", "-p", "fabric-scene"];
 
 pub fn run(options: &Options) -> Outcome {
     let wanted = |&&Step(when, name, _): &&Step| match when {

@@ -23,8 +23,8 @@ pub fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| top().join("target"), PathBuf::from)
 }
 
-/// A command in the top folder, with values in braces: `sh!("git clone {from} {to}").run()`. `cargo` is the one
-/// that runs this program.
+/// A command in the top folder, with values in braces: `sh!("git clone {from} {to}").run()`.
+/// `cargo` is the one that runs this program.
 #[macro_export]
 macro_rules! sh {
     ($words:literal) => {
@@ -245,6 +245,9 @@ pub fn version(text: &str) -> Option<(u32, u32)> {
     let mut parts = number.split('.').map(|part| part.parse().ok());
     Some((parts.next()??, parts.next()??))
 }
+
+/// The crates of a release, as options of cargo.
+pub const PUBLISHED: [&str; 6] = ["-p", "fabric-kernel", "-p", "fabric-capsule", "-p", "fabric-scene"];
 
 #[cfg(test)]
 mod tests {

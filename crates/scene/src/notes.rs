@@ -25,7 +25,8 @@ pub fn sharp_edges(scene: &Scene, speed: f64) -> Option<String> {
     ))
 }
 
-/// Nodes under the flat front of a projectile from which on a network is fine enough (`python -m evidence mesh`).
+/// Nodes under the flat front of a projectile from which on a network is fine enough
+/// (`python -m evidence mesh`).
 const NODES_UNDER_FLAT: f64 = 10.0;
 
 /// A sentence on a network that is too coarse for the flat front of the projectile, with the yarns a bar
