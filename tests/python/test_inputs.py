@@ -340,7 +340,7 @@ def test_tables_have_units():
     history = fk.history(fk.Scene(sheet={"nodes_x": 41, "nodes_y": 41}), steps=64)
     units = history.attrs["units"]
     assert [
-        units[name] for name in ("time", "velocity_z", "angular_velocity_x", "force_z", "work", "max_deflection")
+        units[name] for name in ("time", "velocity_z", "angular_velocity_x", "force_z", "absorbed", "max_deflection")
     ] == "s m/s rad/s N J m".split()
     assert set(history.columns) - set(units) == {"step", "failed_segments", "contacts", "max_stretch"}
 
