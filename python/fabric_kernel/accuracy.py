@@ -709,19 +709,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric accuracy`."""
     about = "Error against run time of a scene, and the cheapest settings that keep an error."
     parser = of_a_scene("accuracy", about, "report.html, accuracy.svg, accuracy.csv, accuracy.json, accurate.toml, runs.jsonl")
-    parser.add_argument(
-        "--error", metavar="PERCENT", help='e.g. "2 %%": the ladder ends once a setting keeps it; default: all of the budget'
-    )
-    parser.add_argument("--quantity", default="absorbed", help=f"one of {', '.join(QUANTITIES)}; default: %(default)s")
-    parser.add_argument("--budget", default="5 min", help='time for it by the clock, e.g. "90 s", "5 min"; default: %(default)s')
-    parser.add_argument("--shots", type=int, default=FEWEST, help="of each setting at first; default: %(default)s")
-    parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
-    parser.add_argument(
-        "--as-aimed", action="store_true", help="fly as the scene says, not through a random point within one mesh"
-    )
-    parser.add_argument("--whole", action="store_true", help="do not grade networks; default: fine where the body strikes")
-    parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
-    parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
+    add = parser.add_argument
+    add("--error", metavar="PERCENT", help='e.g. "2 %%": the ladder ends once a setting keeps it; default: all of the budget')
+    add("--quantity", default="absorbed", help=f"one of {', '.join(QUANTITIES)}; default: %(default)s")
+    add("--budget", default="5 min", help='time for it by the clock, e.g. "90 s", "5 min"; default: %(default)s')
+    add("--shots", type=int, default=FEWEST, help="of each setting at first; default: %(default)s")
+    add("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
+    add("--as-aimed", action="store_true", help="fly as the scene says, not through a random point within one mesh")
+    add("--whole", action="store_true", help="do not grade networks; default: fine where the body strikes")
+    add("--confidence", type=float, default=0.95, help="default: %(default)s")
+    add("--on", help="number of processes, or the address of a Dask scheduler")
     given = parser.parse_args(arguments)
     with command(parser, given) as (scene, _):
         found = given.answer = accuracy(

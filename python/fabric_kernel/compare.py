@@ -512,21 +512,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "failure; 2 for what is refused."
     )
     parser = options("compare", "Shields side by side: their limits, ranked, and which differ beyond their error.", ends)
-    parser.add_argument("scenes", nargs="+", metavar="scene", help=f"scene files, or presets: {', '.join(PRESETS)}")
-    parser.add_argument("--at", type=positive, metavar="V", help="no limits: the shares that are stopped at this velocity, m/s")
-    parser.add_argument(
-        "--batch", type=Path, metavar="FILE.csv", help="a shield for each row, of one scene, as `fabric run` has it"
-    )
-    parser.add_argument("--tests", type=Path, metavar="FOLDER", help="own tests, of `fabric tests`, that correct the limits")
-    parser.add_argument(
-        "--no-network", action="store_true", help="no limits with bars half as long, which take twice the shots' time"
-    )
-    parser.add_argument("--shots", type=int, default=20, help="of each shield; default: %(default)s")
-    parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
-    parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
-    parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
-    parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
-    parser.add_argument(
+    add = parser.add_argument
+    add("scenes", nargs="+", metavar="scene", help=f"scene files, or presets: {', '.join(PRESETS)}")
+    add("--at", type=positive, metavar="V", help="no limits: the shares that are stopped at this velocity, m/s")
+    add("--batch", type=Path, metavar="FILE.csv", help="a shield for each row, of one scene, as `fabric run` has it")
+    add("--tests", type=Path, metavar="FOLDER", help="own tests, of `fabric tests`, that correct the limits")
+    add("--no-network", action="store_true", help="no limits with bars half as long, which take twice the shots' time")
+    add("--shots", type=int, default=20, help="of each shield; default: %(default)s")
+    add("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
+    add("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
+    add("--confidence", type=float, default=0.95, help="default: %(default)s")
+    add("--on", help="number of processes, or the address of a Dask scheduler")
+    add(
         "--out",
         type=Path,
         default=Path("compare"),

@@ -268,9 +268,10 @@ def system(name: str, fmu: bytes) -> bytes:
 def options() -> scenes.Parser:
     ends = "Exit status: 0; 2 for what is refused, and then nothing is written."
     parser = scenes.options("fmu", "FMUs that start with a scene, from those of a release.", ends)
-    parser.add_argument("scene", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
-    parser.add_argument("--version", type=int, choices=(2, 3), help="of FMI; default: each that there is")
-    parser.add_argument(
+    add = parser.add_argument
+    add("scene", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
+    add("--version", type=int, choices=(2, 3), help="of FMI; default: each that there is")
+    add(
         "--from",
         dest="source",
         type=Path,
@@ -278,13 +279,13 @@ def options() -> scenes.Parser:
         metavar="ARCHIVE",
         help=f"an FMU of a release, or the folder of {MODEL}-fmi2.fmu and -fmi3.fmu; default: this folder",
     )
-    parser.add_argument(
+    add(
         "--ssp",
         action="store_true",
         help="also NAME.ssp, a package of SSP 1.0 with the FMU of FMI 2.0 and the scene as a parameter set",
     )
-    parser.add_argument("--name", help="of the model; default: that of the scene's file, as DiscSector for disc_sector.toml")
-    parser.add_argument(
+    add("--name", help="of the model; default: that of the scene's file, as DiscSector for disc_sector.toml")
+    add(
         "--out", type=Path, default=Path(), metavar="FOLDER", help="folder for NAME-fmi2.fmu and NAME-fmi3.fmu; default: this one"
     )
     return parser

@@ -290,14 +290,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     what = "How likely the projectile of a scene goes through its sheet, by velocity, attitude and impact point."
     files = "report.html, table.csv, below.csv, fragments.json, map.svg, runs.jsonl; also bracket.jsonl, and table.h with --table"
     parser = of_a_scene("fragments", what, files)
-    parser.add_argument(
+    add = parser.add_argument
+    add(
         "--velocities",
         type=positive,
         nargs="+",
         metavar="V",
         help="m/s; default: five about the limits, which are bracketed first",
     )
-    parser.add_argument(
+    add(
         "--attitudes",
         type=_attitude,
         nargs="+",
@@ -305,12 +306,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         metavar="NAME=W,X,Y,Z",
         help='unit quaternions with a name each, or "random"; default: that of the scene',
     )
-    parser.add_argument("--points", type=_point, nargs="+", default=[(0.0, 0.0)], metavar="X,Y", help="m from the middle")
-    parser.add_argument("--shots", type=int, default=20, help="of each cell")
-    parser.add_argument(
-        "--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited"
-    )
-    parser.add_argument(
+    add("--points", type=_point, nargs="+", default=[(0.0, 0.0)], metavar="X,Y", help="m from the middle")
+    add("--shots", type=int, default=20, help="of each cell")
+    add("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
+    add(
         "--table",
         action="store_true",
         help=(
@@ -318,7 +317,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             "velocities"
         ),
     )
-    parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
+    add("--on", help="number of processes, or the address of a Dask scheduler")
     own_tests_of(parser)
     given = parser.parse_args(arguments)
     with command(parser, given) as (scene, fabric):

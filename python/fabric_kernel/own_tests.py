@@ -193,19 +193,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric tests`."""
     about = "Own firing tests against the model: how far it is off for shields like these."
     parser = options("tests", about, "Exit status: 0; 1 after a failure; 2 for what is refused.")
-    parser.add_argument(
+    add = parser.add_argument
+    add(
         "file",
         type=Path,
         help="CSV with the columns scene and any parameters; and v50 with plus_minus or sigma, or velocity and stopped; m/s",
     )
-    parser.add_argument("--shots", type=int, default=20, help="of each computed limit; default: %(default)s")
-    parser.add_argument("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
-    parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
-    parser.add_argument(
-        "--any-ratio", action="store_true", help=f"accept a measured limit beyond {MOST:g} times the computed one"
-    )
-    parser.add_argument("--on", help="number of processes, or the address of a Dask scheduler")
-    parser.add_argument("--out", type=Path, default=Path("own"), help="folder for report.html, own_tests.*; default: %(default)s")
+    add("--shots", type=int, default=20, help="of each computed limit; default: %(default)s")
+    add("--seed", type=int, default=1, help="of yarns and impact points; default: %(default)s")
+    add("--confidence", type=float, default=0.95, help="default: %(default)s")
+    add("--any-ratio", action="store_true", help=f"accept a measured limit beyond {MOST:g} times the computed one")
+    add("--on", help="number of processes, or the address of a Dask scheduler")
+    add("--out", type=Path, default=Path("own"), help="folder for report.html, own_tests.*; default: %(default)s")
     given = parser.parse_args(arguments)
     with ending(parser, given), folder(given.out):
         given.kept = goes_on(given.out / "shots")

@@ -289,17 +289,18 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """The command `fabric residual`."""
     about = "The residual over the impact velocity of the projectile of a scene, with fitted curves."
     parser = of_a_scene("residual", about, "report.html, residual.svg, residual.csv, residual.json, runs.jsonl")
-    parser.add_argument(
+    add = parser.add_argument
+    add(
         "--velocities",
         type=positive,
         nargs="+",
         metavar="V",
         help="m/s; default: the limit is bracketed, then from it up to --fastest limits",
     )
-    parser.add_argument("--shots", type=int, default=24, help="default: %(default)s")
-    parser.add_argument("--fastest", type=positive, default=2.5, help="largest velocity, in limits; default: %(default)s")
-    parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
-    parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
+    add("--shots", type=int, default=24, help="default: %(default)s")
+    add("--fastest", type=positive, default=2.5, help="largest velocity, in limits; default: %(default)s")
+    add("--confidence", type=float, default=0.95, help="default: %(default)s")
+    add("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
     own_tests_of(parser)
     given = parser.parse_args(arguments)
     with command(parser, given) as (scene, fabric):

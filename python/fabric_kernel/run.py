@@ -330,34 +330,31 @@ def options() -> scenes.Parser:
         f"a failure; 2 for what is refused."
     )
     parser = scenes.options("run", "One impact: a table, its history, pictures and a report.", ends)
-    parser.add_argument("scene", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
-    parser.add_argument("--out", type=Path, help="folder for report.html and all else; default: fabric-run/SCENE")
-    parser.add_argument(
+    add = parser.add_argument
+    add("scene", help=f"a scene file, or a preset: {', '.join(PRESETS)}")
+    add("--out", type=Path, help="folder for report.html and all else; default: fabric-run/SCENE")
+    add(
         "--until",
         type=outcomes,
         default=list(runs.UNTIL),
         metavar="OUTCOME,...",
         help=f"outcomes that end the run: {', '.join(OUTCOMES)}; default: {','.join(runs.UNTIL)}",
     )
-    parser.add_argument(
-        "--speed", type=scenes.positive, metavar="V", help="of the projectile, m/s, in the direction of the scene"
-    )
-    parser.add_argument("--seed", type=int, help="of the yarns' samples; default: that of the scene")
-    parser.add_argument("--steps", type=at_least_one, default=runs.STEPS, help="most steps; default: %(default)s")
-    parser.add_argument(
+    add("--speed", type=scenes.positive, metavar="V", help="of the projectile, m/s, in the direction of the scene")
+    add("--seed", type=int, help="of the yarns' samples; default: that of the scene")
+    add("--steps", type=at_least_one, default=runs.STEPS, help="most steps; default: %(default)s")
+    add(
         "--sample",
         type=at_least_one,
         default=64,
         metavar="STEPS",
         help="steps between two rows of the history; default: %(default)s",
     )
-    parser.add_argument("--movie", action="store_true", help="also movie.gif")
-    parser.add_argument("--vtk", action="store_true", help="also a series for ParaView, vtk/run.pvd")
-    parser.add_argument(
-        "--no-report", action="store_true", help="no pictures and no report: the table, history.csv and summary.json"
-    )
-    parser.add_argument("--capsule", type=Path, metavar="FILE", help="also a capsule, which `fabric replay` does again")
-    parser.add_argument(
+    add("--movie", action="store_true", help="also movie.gif")
+    add("--vtk", action="store_true", help="also a series for ParaView, vtk/run.pvd")
+    add("--no-report", action="store_true", help="no pictures and no report: the table, history.csv and summary.json")
+    add("--capsule", type=Path, metavar="FILE", help="also a capsule, which `fabric replay` does again")
+    add(
         "--batch",
         type=Path,
         metavar="FILE.csv",

@@ -522,50 +522,40 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "also sensitivity.svg, sensitivity.csv, sensitivity.jsonl"
     )
     parser = of_a_scene("v50", about, files)
-    parser.add_argument("--design", choices=("neyer", "three-phase", "plan"), default="neyer", help="default: %(default)s")
-    parser.add_argument(
+    add = parser.add_argument_group("what is found").add_argument
+    add(
         "--at",
         type=positive,
         metavar="V",
         help="no limit: the share of 20 (or --shots) shots at this velocity, m/s, that goes through",
     )
-    parser.add_argument("--shots", type=int, help="default: 20, with --within at most 100, or all of the plan")
-    parser.add_argument(
-        "--within", metavar="WIDTH", help='shots until each end of the interval is so near V50, e.g. "2 %%" or "10 m/s"'
-    )
-    parser.add_argument(
-        "--no-network", action="store_true", help="no shots with bars half as long, which take twice the time of the others"
-    )
-    parser.add_argument(
-        "--low", type=positive, help="guess: V50 is probably above this, m/s; default: no guess, the shots bracket it"
-    )
-    parser.add_argument("--high", type=positive, help="guess: V50 is probably below this, m/s")
-    parser.add_argument(
+    add("--within", metavar="WIDTH", help='shots until each end of the interval is so near V50, e.g. "2 %%" or "10 m/s"')
+    add("--confidence", type=float, default=0.95, help="default: %(default)s")
+    changed = "width, spacing, time step, viscosity, crimp, strength, friction, support, hold of the attachments, attitude"
+    add("--sensitivity", action="store_true", help=f"also how the limit changes with {changed}")
+    add("--no-network", action="store_true", help="no shots with bars half as long, which take twice the time of the others")
+    own_tests_of(parser)
+    add = parser.add_argument_group("how many shots, at which velocities").add_argument
+    add("--shots", type=int, help="default: 20, with --within at most 100, or all of the plan")
+    add("--design", choices=("neyer", "three-phase", "plan"), default="neyer", help="default: %(default)s")
+    add("--low", type=positive, help="guess: V50 is probably above this, m/s; default: no guess, the shots bracket it")
+    add("--high", type=positive, help="guess: V50 is probably below this, m/s")
+    add(
         "--deviation",
         type=positive,
         help="guess of the standard deviation of single limits, m/s; default: 5 %% of the middle of guess or bracket",
     )
-    parser.add_argument("--plan", type=positive, nargs="+", default=[], metavar="V", help="velocities, m/s, for --design plan")
-    parser.add_argument(
-        "--aim", type=float, help="share whose velocity the last shots of the three-phase design approach, e.g. 0.01"
-    )
-    parser.add_argument("--last", type=int, help="how many shots that are; default: a third")
-    parser.add_argument("--link", choices=tuple(LINKS), default="probit", help="law of single limits; default: %(default)s")
-    parser.add_argument("--confidence", type=float, default=0.95, help="default: %(default)s")
-    parser.add_argument(
-        "--simulated", type=int, default=1000, help="simulated tests behind the intervals, 0: chi squared; default: %(default)s"
-    )
-    own_tests_of(parser)
-    parser.add_argument("--steps", type=int, help="most steps of a shot; default: ten times those of an ensemble")
-    parser.add_argument(
-        "--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited"
-    )
-    parser.add_argument("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
-    parser.add_argument(
-        "--as-aimed", action="store_true", help="fly as the scene says, not through a random point within one mesh"
-    )
-    changed = "width, spacing, time step, viscosity, crimp, strength, friction, support, hold of the attachments, attitude"
-    parser.add_argument("--sensitivity", action="store_true", help=f"also how the limit changes with {changed}")
+    add("--plan", type=positive, nargs="+", default=[], metavar="V", help="velocities, m/s, for --design plan")
+    add("--aim", type=float, help="share whose velocity the last shots of the three-phase design approach, e.g. 0.01")
+    add("--last", type=int, help="how many shots that are; default: a third")
+    add = parser.add_argument_group("the fit").add_argument
+    add("--link", choices=tuple(LINKS), default="probit", help="law of single limits; default: %(default)s")
+    add("--simulated", type=int, default=1000, help="simulated tests behind the intervals, 0: chi squared; default: %(default)s")
+    add = parser.add_argument_group("each shot").add_argument
+    add("--steps", type=int, help="most steps of a shot; default: ten times those of an ensemble")
+    add("--to-the-end", action="store_true", help="go on after it is decided that a shot goes through, until it has exited")
+    add("--attitude", choices=("random",), help="every orientation is equally likely; default: that of the scene")
+    add("--as-aimed", action="store_true", help="fly as the scene says, not through a random point within one mesh")
     given = parser.parse_args(arguments)
     ignored = {word.partition("=")[0][2:] for word in (sys.argv[1:] if arguments is None else arguments)} & AT_IGNORES
     if given.at is not None and ignored:
