@@ -147,18 +147,6 @@ fn are_one(a: &Vector, b: &Vector, length: f64) -> bool {
 struct BodyEdge {
     ends: [u8; 2],
     planes: u16,
-    /// Two of these planes that meet, the cosine between their normals, and 1/sine^2 (0 if it is small).
-    pair: [u8; 2],
-    cosine: f64,
-    per_sine2: f64,
-}
-
-impl BodyEdge {
-    /// Square of the distance of a point from the edge's line, m^2: none of the edge is nearer.
-    fn least_squared(&self, heights: &[f64; MAX_FACES]) -> f64 {
-        let [a, b] = self.pair.map(|k| heights[usize::from(k) % MAX_FACES]);
-        (a * a + b * b - 2.0 * self.cosine * a * b) * self.per_sine2
-    }
 }
 
 /// A polyhedron with its vertices and its inertia per mass.
@@ -170,8 +158,6 @@ pub struct Polyhedron {
     vertex_count: usize,
     edges: [BodyEdge; MAX_EDGES],
     edge_count: usize,
-    /// A bit for each edge of a face.
-    edges_of: [u64; MAX_FACES],
     /// Distance of the farthest vertex from the centre of mass, m.
     pub reach: f64,
     /// Principal moments of inertia over the mass, m^2.
@@ -187,7 +173,6 @@ impl Polyhedron {
             vertex_count: 0,
             edges: [BodyEdge::default(); MAX_EDGES],
             edge_count: 0,
-            edges_of: [0; MAX_FACES],
             reach: 0.0,
             gyration,
         };
@@ -222,18 +207,11 @@ impl Polyhedron {
             let faces = self.half_spaces.faces();
             let shared = || faces.iter().enumerate().filter(|(_, f)| f.gap(&a) > -near && f.gap(&b) > -near);
             let first = shared().next();
-            if let Some((k, first)) = first
-                && let Some((l, other)) = shared().find(|(_, face)| face.meets(first))
+            if first.is_some_and(|(_, first)| shared().any(|(_, face)| face.meets(first)))
                 && let Some(place) = self.edges.get_mut(self.edge_count)
             {
                 let planes = shared().fold(0, |all, (k, _)| all | 1 << k);
-                let (cosine, across) = (first.normal.dot(&other.normal), first.normal.cross(&other.normal));
-                // Where planes are nearly parallel, rounding leaves nothing of the bound.
-                let sine2 = across.norm_squared();
-                let per_sine2 = if sine2 > NEAR - 1.0 { 1.0 / sine2 } else { 0.0 };
-                *place = BodyEdge { ends: [i as u8, j as u8], planes, pair: [k as u8, l as u8], cosine, per_sine2 };
-                let own = self.edges_of.iter_mut().enumerate().filter(|(k, _)| planes >> k & 1 == 1);
-                own.for_each(|(_, edges)| *edges |= 1 << self.edge_count);
+                *place = BodyEdge { ends: [i as u8, j as u8], planes };
                 self.edge_count += 1;
             }
         }
@@ -263,15 +241,6 @@ impl Polyhedron {
                 math::abs(face.normal.dot(&a.cross(&b)))
             });
             (face.normal, 0.5 * twice.sum::<f64>())
-        })
-    }
-
-    /// The edges with a bit in `all`, and their numbers.
-    fn edges_in(&self, mut all: u64) -> impl Iterator<Item = (usize, &BodyEdge)> {
-        core::iter::from_fn(move || {
-            let k = all.trailing_zeros() as usize;
-            all &= all.wrapping_sub(1);
-            self.edges.get(k).map(|edge| (k, edge))
         })
     }
 
@@ -351,29 +320,38 @@ impl Polyhedron {
         }
     }
 
+    /// Lower bound of the squared distance from an edge, m^2, by the heights above two of its planes: the
+    /// squared distance from its line where they are at right angles.
+    fn least_squared(&self, edge: &BodyEdge, heights: &[f64; MAX_FACES]) -> f64 {
+        let first = edge.planes.trailing_zeros() as usize;
+        let other = (edge.planes & edge.planes.wrapping_sub(1)).trailing_zeros() as usize;
+        let ([a, b], faces) = ([first, other].map(|k| heights[k % MAX_FACES]), &self.half_spaces.faces);
+        a * a + b * b - 2.0 * faces[first % MAX_FACES].normal.dot(&faces[other % MAX_FACES].normal) * a * b
+    }
+
     /// Gap of a point outside whose nearest point is on an edge: one of a plane that the point is above.
     /// `normal`: of the highest.
     #[inline(never)]
     fn gap_of_edge(&self, p: &Vector, heights: &[f64; MAX_FACES], off: f64, normal: Vector) -> Gap {
-        let above = self.edges_of.iter().zip(heights).filter(|(_, height)| **height > 0.0);
-        let near = above.fold(0, |all, (edges, _)| all | edges);
+        let below = heights.iter().enumerate().fold(0, |all, (k, above)| if *above > 0.0 { all | 1 << k } else { all });
+        let edges = || self.edges.iter().take(self.edge_count).filter(|edge| edge.planes & below != 0);
         let way_from = |edge: &BodyEdge| {
             let [a, b] = edge.ends.map(|k| self.vertex(k));
             let (from, along) = (p - a, b - a);
             let part = math::max(math::min(from.dot(&along) / along.norm_squared(), 1.0), 0.0);
             from - along * part
         };
-        // Most edges are farther away than the one whose line is nearest.
-        let (mut first, mut lowest, mut bounds) = (0, f64::INFINITY, [f64::INFINITY; MAX_EDGES]);
-        for ((k, edge), bound) in self.edges_in(near).zip(&mut bounds) {
-            *bound = edge.least_squared(heights);
+        // Most edges are farther away than the one whose line may be nearest.
+        let (mut first, mut lowest, mut bounds) = (None, f64::INFINITY, [f64::INFINITY; MAX_EDGES]);
+        for (edge, bound) in edges().zip(&mut bounds) {
+            *bound = self.least_squared(edge, heights);
             if *bound < lowest {
-                (first, lowest) = (k, *bound);
+                (first, lowest) = (Some(edge), *bound);
             }
         }
-        let most = self.edges.get(first).map_or(f64::INFINITY, |edge| way_from(edge).norm_squared() * NEAR);
+        let most = first.map_or(f64::INFINITY, |edge| way_from(edge).norm_squared() * NEAR);
         let (mut nearest, mut least) = (Vector::zeros(), f64::INFINITY);
-        for ((_, edge), _) in self.edges_in(near).zip(&bounds).filter(|(_, bound)| **bound <= most) {
+        for (edge, _) in edges().zip(&bounds).filter(|(_, bound)| **bound <= most) {
             let way = way_from(edge);
             if way.norm_squared() < least {
                 (nearest, least) = (way, way.norm_squared());

@@ -37,7 +37,7 @@ use crate::sheet::ghosts::{place_ghost_column, place_ghost_row};
 use crate::sheet::neighbours::{Around, NOTHING};
 use crate::sheet::weave::in_runs;
 use crate::step::motion;
-use crate::sweep::pass::{ChunkState, RowForces};
+use crate::sweep::pass::RowForces;
 use crate::sweep::segments::per_mass;
 use crate::sweep::terms::Terms;
 use crate::yarn::law::Damage;
@@ -205,7 +205,7 @@ fn forces_at_guess(network: &mut Network<'_>) -> bool {
             set_guessed(&mut right, row.get(c + 1), None);
             set_guessed(&mut over, above.get(c), None);
             let around = Around { here: &here, right: &right, above: &over };
-            forces.all(c, &around, history, ChunkState::NONE, [&mut along, &mut up]);
+            forces.all(c, &around, history, &mut (), [&mut along, &mut up]);
             sound &= !forces.is_lost();
             let (Some(chunk), Some(carry)) = (row.get_mut(c), carry.get_mut(c)) else { break };
             for lane in 0..CHUNK.min(layout.nodes_x.saturating_sub(c * CHUNK)) {

@@ -12,7 +12,7 @@ use crate::scene::features::Feature;
 use crate::sheet::direction::PlyDirections;
 use crate::sheet::neighbours::Around;
 use crate::sweep::on_casing::{CasingChunk, OnCasing};
-use crate::sweep::segments::{At, Dissipation, Effect, Fall, Segments, StateChunk, Yarns};
+use crate::sweep::segments::{At, DamagedChunk, Dissipation, Effect, Fall, Segments, StateChunk, Yarns};
 use crate::sweep::slack::{SlackBalance, SlackChunk};
 use crate::sweep::strain_rate::StrainRate;
 use crate::sweep::viscous::{Viscous, ViscousChunk, ViscousRow};
@@ -163,7 +163,7 @@ pub struct AllOnChunk<'c, V, E> {
     pub dissipation: Option<&'c mut Dissipation>,
 }
 
-impl<V, E: StateChunk<ENERGY_ERROR_PLANES>> AllOnChunk<'_, V, E> {
+impl<V, E: DamagedChunk<ENERGY_ERROR_PLANES>> AllOnChunk<'_, V, E> {
     #[cold]
     fn note_fall(&mut self, fall: &Fall<'_>, yarns: &Yarns<'_>) {
         if let (Some(rate), Some(dissipation)) = (self.rate, &mut self.dissipation) {
@@ -175,7 +175,7 @@ impl<V, E: StateChunk<ENERGY_ERROR_PLANES>> AllOnChunk<'_, V, E> {
     }
 }
 
-impl<V: StateChunk<PAST_PLANES>, E: StateChunk<ENERGY_ERROR_PLANES>> Effect for AllOnChunk<'_, V, E> {
+impl<V: StateChunk<PAST_PLANES>, E: DamagedChunk<ENERGY_ERROR_PLANES>> Effect for AllOnChunk<'_, V, E> {
     #[inline(always)]
     fn act<L: Lane>(&mut self, segments: &mut Segments<L>, place: &At<'_, L>) {
         if let Some(rate) = self.rate {

@@ -9,7 +9,7 @@ use crate::ground::planes::{self, Axis, CHUNK, MOMENT, STIFFNESS};
 use crate::memory::network::Network;
 use crate::sheet::neighbours::{Around, NOTHING};
 use crate::sweep::moments;
-use crate::sweep::pass::{ChunkState, RowForces};
+use crate::sweep::pass::{ChunkState, RowEffects, RowForces};
 use crate::sweep::segments::per_mass;
 use crate::sweep::terms::Terms;
 use crate::sweep::terms::rates;
@@ -74,8 +74,8 @@ pub(crate) fn forces_from(
         (terms.pass(network.net(ply), ply), terms.yarn_row(arrays.rows.yarn, arrays.rows.strength, j, ply));
     let history = planes::row(arrays.rows.history, chunks, j).get(c)?;
     let around = Around { here: &here, right: &right, above: &above };
-    let mut forces = RowForces::of(&pass, j, &yarn, layout.has_verticals(j));
-    let [along, up] = forces.of_node(&around, history, i, state);
+    let (mut forces, effects) = (RowForces::of(&pass, j, &yarn, layout.has_verticals(j)), RowEffects::of(&pass));
+    let [along, up] = forces.of_node(&around, history, i, &mut effects.on_chunk(state));
     // Yarn beyond all strains that can be stepped has failed.
     let exists = |end: usize, force| if i < end && !forces.is_lost() { force } else { [0.0; 3] };
     Some([exists(ends[0], along), exists(ends[1], up)])

@@ -125,14 +125,16 @@ impl<'a> Row<'a> {
         let c = last / CHUNK;
         // After the last node there is an image of the first one.
         let Some((around, history)) = Around::of(row, above, c).zip(history.get(c)) else { return [0.0; 3] };
-        let mut state = ChunkState::NONE;
-        if let Some(EffectState { viscosity, slack, .. }) = effects {
-            let past = viscosity.as_ref().and_then(|viscosity| viscosity.past.get(c));
-            state.past = past.map(|past| [past, &NO_PAST, &NO_PAST]);
-            state.energy_error = slack.as_ref().and_then(|slack| Some((slack.energy_error.get(c)?, slack.keeps)));
-        }
-        let [along, _] = RowForces::of(pass, *j, yarn, false).of_node(&around, history, last, state);
-        along
+        let mut forces = RowForces::of(pass, *j, yarn, false);
+        let Some(EffectState { viscosity, slack, .. }) = effects else {
+            return forces.of_node(&around, history, last, &mut ())[0];
+        };
+        let past = viscosity.as_ref().and_then(|viscosity| viscosity.past.get(c));
+        let state = ChunkState {
+            past: past.map(|past| [past, &NO_PAST, &NO_PAST]),
+            energy_error: slack.as_ref().and_then(|slack| Some((slack.energy_error.get(c)?, slack.keeps))),
+        };
+        forces.of_node(&around, history, last, &mut RowEffects::of(pass).on_chunk(state))[0]
     }
 }
 
@@ -293,22 +295,35 @@ pub(crate) struct ChunkState<'a> {
 }
 
 /// [`All`] of a chunk whose state stays as it is.
-type EffectsOnRead<'c> = AllOnChunk<'c, Unchanged<'c, PAST_PLANES>, Unchanged<'c, ENERGY_ERROR_PLANES>>;
+type EffectsOnRead<'c> = AllOnChunk<'c, &'c Chunk<PAST_PLANES>, Unchanged<'c, ENERGY_ERROR_PLANES>>;
 
-impl<'c> ChunkState<'c> {
-    /// No viscosity and no slack segments.
-    pub const NONE: ChunkState<'static> = ChunkState { past: None, energy_error: None };
+/// Constants of the effects on a row that is read.
+pub(crate) struct RowEffects<'a> {
+    rate: Option<StrainRate<'a>>,
+    viscosity: ViscousAlong,
+}
+
+impl<'a> RowEffects<'a> {
+    /// Constants of a pass.
+    #[inline(always)]
+    pub fn of(pass: &'a Pass<'_>) -> RowEffects<'a> {
+        let Pass { directions, rates, .. } = pass;
+        RowEffects {
+            rate: StrainRate::of(*directions, rates).filter(|_| Feature::Rate.is_built()),
+            viscosity: viscous::along(*directions),
+        }
+    }
 
     /// Effects on a chunk with this state, which stays as it is.
     #[inline(always)]
-    fn effects(self, rate: Option<&'c StrainRate<'c>>, constants: &'c ViscousAlong) -> EffectsOnRead<'c> {
-        let viscous =
-            |[past, next, above]: [&'c _; 3]| ViscousChunk { constants, past: Unchanged::of(past), next, above };
+    pub fn on_chunk<'c>(&'c self, state: ChunkState<'c>) -> EffectsOnRead<'c> {
+        let constants = &self.viscosity;
+        let viscous = |[past, next, above]: [&'c _; 3]| ViscousChunk { constants, past, next, above };
         let slack = |(state, keeps)| SlackChunk { energy_error: Unchanged::of(state), keeps };
         AllOnChunk {
-            rate,
-            viscosity: self.past.map(viscous),
-            slack: self.energy_error.map(slack),
+            rate: self.rate.as_ref(),
+            viscosity: state.past.map(viscous),
+            slack: state.energy_error.map(slack),
             on_casing: None,
             dissipation: None,
         }
@@ -386,14 +401,14 @@ impl ForcesFromBelow<'_> {
     pub fn find(self) {
         let ForcesFromBelow { pass, j, row, history, above, carry, yarn, energy_error, viscous } = self;
         let ([past, past_above], mut along) = (viscous, [[0.0; CHUNK]; 3]);
-        let mut forces = RowForces::of(pass, j, yarn, true);
+        let (mut forces, effects) = (RowForces::of(pass, j, yarn, true), RowEffects::of(pass));
         for (c, (carry, history)) in carry.iter_mut().zip(history).enumerate() {
             let Some(around) = Around::of(row, above, c) else { break };
             let state = ChunkState {
                 past: past.get(c).map(|past| [past, &NO_PAST, past_above.get(c).unwrap_or(&NO_PAST)]),
                 energy_error: energy_error.get(c).map(|energy_error| (energy_error, keeps(bit(Axis::Vertical)))),
             };
-            forces.all(c, &around, history, state, [&mut along, carry]);
+            forces.all(c, &around, history, &mut effects.on_chunk(state), [&mut along, carry]);
         }
     }
 }
@@ -403,21 +418,13 @@ impl ForcesFromBelow<'_> {
 pub(crate) struct RowForces<'a> {
     geometry: Any<'a>,
     yarns: Yarns<'a>,
-    rate: Option<StrainRate<'a>>,
-    viscosity: ViscousAlong,
 }
 
 impl<'a> RowForces<'a> {
     /// Forces of row j. `has_verticals`: whether segments go upwards from it.
     #[inline(always)]
     pub fn of(pass: &'a Pass<'_>, j: usize, yarn: &'a YarnRow<'_>, has_verticals: bool) -> RowForces<'a> {
-        let Pass { directions, net, rates, .. } = pass;
-        RowForces {
-            geometry: Any::of(net, directions.rests(), j),
-            yarns: pass.yarns(yarn, has_verticals),
-            rate: StrainRate::of(*directions, rates).filter(|_| Feature::Rate.is_built()),
-            viscosity: viscous::along(*directions),
-        }
+        RowForces { geometry: Any::of(&pass.net, pass.directions.rests(), j), yarns: pass.yarns(yarn, has_verticals) }
     }
 
     /// Whether a state was met that cannot be stepped.
@@ -426,16 +433,15 @@ impl<'a> RowForces<'a> {
     }
 
     /// Forces of the segments from the node of column i on it, along x and along y.
+    #[inline(always)]
     pub fn of_node(
         &mut self,
         around: &Around<'_>,
         history: &Chunk<HISTORY_PLANES>,
         i: usize,
-        state: ChunkState<'_>,
+        effect: &mut impl Effect,
     ) -> [[f64; 3]; 2] {
-        let mut nodes = ReadNodes::of(i / CHUNK, around, history);
-        let RowForces { geometry, yarns, rate, viscosity } = self;
-        nodes.forces(i % CHUNK, geometry, yarns, &mut state.effects(rate.as_ref(), viscosity))
+        ReadNodes::of(i / CHUNK, around, history).forces(i % CHUNK, &self.geometry, &mut self.yarns, effect)
     }
 
     /// Forces of all segments from chunk c, two at a time, into `along` and `up`.
@@ -444,15 +450,13 @@ impl<'a> RowForces<'a> {
         c: usize,
         around: &Around<'_>,
         history: &Chunk<HISTORY_PLANES>,
-        state: ChunkState<'_>,
+        effect: &mut impl Effect,
         [along, up]: [&mut [[f64; CHUNK]; 3]; 2],
     ) {
         type Pair = [f64; 2];
         let mut nodes = ReadNodes::of(c, around, history);
-        let RowForces { geometry, yarns, rate, viscosity } = self;
-        let mut effects = state.effects(rate.as_ref(), viscosity);
         for g in 0..CHUNK / Pair::WIDTH {
-            let [x, y] = nodes.forces::<Pair>(g, geometry, yarns, &mut effects);
+            let [x, y] = nodes.forces::<Pair>(g, &self.geometry, &mut self.yarns, effect);
             for ((along, up), (x, y)) in along.iter_mut().zip(up.iter_mut()).zip(x.into_iter().zip(y)) {
                 x.store(&mut Pair::groups_mut(along)[g]);
                 y.store(&mut Pair::groups_mut(up)[g]);

@@ -107,11 +107,14 @@ pub trait StateChunk<const P: usize> {
     /// State before the step, with what damage has added.
     fn get(&self) -> &Chunk<P>;
 
-    /// Adds a number to one of the state while segments are damaged.
-    fn add(&mut self, plane: usize, lane: usize, more: f64);
-
     /// New numbers of a lane group.
     fn keep<L: Lane>(&mut self, plane: usize, g: usize, new: L);
+}
+
+/// State that damage adds to.
+pub trait DamagedChunk<const P: usize>: StateChunk<P> {
+    /// Adds a number to one of the state while segments are damaged.
+    fn add(&mut self, plane: usize, lane: usize, more: f64);
 }
 
 /// State that the step changes.
@@ -121,17 +124,30 @@ impl<const P: usize> StateChunk<P> for &mut Chunk<P> {
         self
     }
 
-    fn add(&mut self, plane: usize, lane: usize, more: f64) {
-        self[plane][lane % CHUNK] += more;
-    }
-
     #[inline(always)]
     fn keep<L: Lane>(&mut self, plane: usize, g: usize, new: L) {
         new.store(&mut L::groups_mut(&mut self[plane])[g]);
     }
 }
 
-/// State that stays as it is.
+impl<const P: usize> DamagedChunk<P> for &mut Chunk<P> {
+    fn add(&mut self, plane: usize, lane: usize, more: f64) {
+        self[plane][lane % CHUNK] += more;
+    }
+}
+
+/// State that is read.
+impl<const P: usize> StateChunk<P> for &Chunk<P> {
+    #[inline(always)]
+    fn get(&self) -> &Chunk<P> {
+        self
+    }
+
+    #[inline(always)]
+    fn keep<L: Lane>(&mut self, _: usize, _: usize, _: L) {}
+}
+
+/// State that is read, and that damage adds to.
 pub struct Unchanged<'c, const P: usize> {
     state: &'c Chunk<P>,
     /// State with what damage has added, once it has.
@@ -152,12 +168,14 @@ impl<const P: usize> StateChunk<P> for Unchanged<'_, P> {
         self.damaged.as_ref().unwrap_or(self.state)
     }
 
+    #[inline(always)]
+    fn keep<L: Lane>(&mut self, _: usize, _: usize, _: L) {}
+}
+
+impl<const P: usize> DamagedChunk<P> for Unchanged<'_, P> {
     fn add(&mut self, plane: usize, lane: usize, more: f64) {
         self.damaged.get_or_insert(*self.state)[plane][lane % CHUNK] += more;
     }
-
-    #[inline(always)]
-    fn keep<L: Lane>(&mut self, _: usize, _: usize, _: L) {}
 }
 
 /// Eight nodes, from which segments start.
@@ -221,6 +239,7 @@ impl<'a> Fall<'a> {
 
     /// Shows each segment whose stiffness has fallen to `see`, column by column: its column, axis, twice its
     /// strain, and stiffness before and after.
+    #[inline(always)]
     pub fn each(&self, mut see: impl FnMut(usize, Axis, f64, [f64; 2])) {
         let [q, before] = &self.numbers;
         for lane in 0..CHUNK {

@@ -10,7 +10,7 @@ use crate::ground::planes::{Axis, CHUNK, Chunk, ENERGY_ERROR_PLANES, HOT_PLANES,
 use crate::sheet::columns::{Geometry, Table};
 use crate::sheet::energy_error::{EnergyError, GIVEN, bit, keeps};
 use crate::sheet::neighbours::Around;
-use crate::sweep::segments::{At, Fall, Segments, StateChunk, Yarns};
+use crate::sweep::segments::{At, DamagedChunk, Fall, Segments, Yarns};
 use crate::yarn::law::RestLanes;
 
 /// Every so many steps, from the first one on, rows are searched for slack segments.
@@ -46,7 +46,7 @@ pub struct SlackChunk<S> {
     pub keeps: [f64; 2],
 }
 
-impl<S: StateChunk<ENERGY_ERROR_PLANES>> SlackChunk<S> {
+impl<S: DamagedChunk<ENERGY_ERROR_PLANES>> SlackChunk<S> {
     /// Adds the stresses that correct the energy of a lane group.
     #[inline(always)]
     pub fn act<L: Lane>(&mut self, segments: &mut Segments<L>, At { bars, around, group: g }: &At<'_, L>) {

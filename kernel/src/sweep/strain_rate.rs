@@ -73,6 +73,7 @@ impl<'a> StrainRate<'a> {
 
     /// Adds what rupture dissipates beyond the law of the reference rate, which the balance counts
     /// (`step/energy.rs`).
+    #[inline(always)]
     pub fn note_fall(&self, fall: &Fall<'_>, yarns: &Yarns<'_>, dissipation: &mut Dissipation) {
         fall.each(|column, axis, q, [before, now]| {
             let law = self.laws[axis as usize].at(self.time);
