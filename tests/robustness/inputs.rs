@@ -126,7 +126,12 @@ fn a_number_beyond_the_fingerprint_changes_no_bit_of_a_step() {
                 let Ok(mut other) = Sim::new(&scene, &mut memory) else { continue };
                 // The image says by its fingerprint whether it is one of this scene.
                 if other.load(&image).is_ok() {
-                    other.advance(3).unwrap();
+                    let steps = other.advance(3);
+                    // Fewer candidates than the body meets: said, and no step is taken.
+                    if field.name == "contact_capacity" && steps.is_err() {
+                        continue;
+                    }
+                    steps.unwrap();
                     assert_eq!(other.digest(), sim.digest(), "{base}: {} [{element}]", field.name);
                     tried += 1;
                 }
