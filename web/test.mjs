@@ -6,7 +6,7 @@ import { createServer } from "node:http";
 import { createRequire } from "node:module";
 import { loadavg } from "node:os";
 import { join } from "node:path";
-import { pathToFileURL } from "node:url";
+import { fileURLToPath, pathToFileURL } from "node:url";
 import { build } from "esbuild";
 import { drawn, goTo, says, start } from "./browser.mjs";
 import { run as runComponent } from "./component.mjs";
@@ -177,7 +177,7 @@ const tests = {
     await page.click("#fold summary");
     await page.click("#check");
     await page.waitForSelector("#pinned table");
-    const pins = readFileSync("../tests/golden/pins", "utf8").match(/(?<=^scene ).*$/gm);
+    const pins = readFileSync(new URL("../tests/golden/pins", import.meta.url), "utf8").match(/(?<=^scene ).*$/gm);
     const rows = await page.locator("#pinned tr:has(td)").allTextContents();
     assert.deepEqual(rows, pins.map((pin) => `${pin.replace(" ", "")}the same`));
     console.log(`figure 5b: ${rows.length} of ${pins.length} scenes in ${program} ${browser.version()} have the pinned digest`);
@@ -383,7 +383,7 @@ const tests = {
   },
 
   async "labels zero as zero"() {
-    const { outputFiles } = await build({ entryPoints: ["src/plots.ts"], bundle: true, write: false, format: "esm" });
+    const { outputFiles } = await build({ entryPoints: [fileURLToPath(new URL("src/plots.ts", import.meta.url))], bundle: true, write: false, format: "esm" });
     const { marks } = await import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString("base64")}`);
     // A sum of steps of 0.1 from -0.3 gives -2.8e-17 here.
     assert.deepEqual(marks(-0.35, 0).map(([, label]) => label), ["-0.3", "-0.2", "-0.1", "0"]);
