@@ -40,6 +40,8 @@ BARS, STEP_PARTS = (4.0, 2.0, 1.0, 0.5, 0.25, 0.125), (0.2, 0.5)
 """Lengths of bars over the scene's; time steps over the stable one besides the scene's."""
 FEWEST, MOST = 8, 64
 """Shots of a setting at first, and at most."""
+COSTLY = 0.25
+"""Length of bars over the scene's below which a network gets half of the shots at first: they take most of the time."""
 ASKED = (5.0, 2.0, 1.0)
 """Errors, percent, for which settings are recommended if none is asked for."""
 MOSTLY = 0.5
@@ -623,7 +625,7 @@ def accuracy(
             if two > ladder.left():
                 needed = math.ceil(1.3 * two + budget - ladder.left())
                 raise ValueError(f"budget: must be at least {needed} s for two settings; it is {budget:g} s")
-        if not run(setting, shots):
+        if not run(setting, shots if length >= COSTLY else max(shots // 2, 2)):
             if ended:
                 break
             continue
