@@ -91,19 +91,19 @@ class Row:
     """One setting and what its shots gave."""
 
     setting: Annotated[Setting, "what was computed with"]
-    step: Annotated[float, "of the stable one"]
+    step: Annotated[float, "time step over the stable one"]
     balanced: Annotated[bool, "whether with slack_balance"]
-    shots: Annotated[int, "of known end"]
+    shots: Annotated[int, "shots of known end"]
     unknown: Annotated[int, "shots of unknown end"]
     mean: Annotated[float, "mean of the quantity, in its unit"]
-    deviation: Annotated[float, "of single shots"]
-    error: Annotated[float, "percent; NaN of the finest network"]
+    deviation: Annotated[float, "standard deviation of single shots, in that unit"]
+    error: Annotated[float, "error of the mean, percent; NaN of the finest network"]
     interval: Annotated[Interval, "interval of the error, percent"]
     stopped: Annotated[int, "shots that were stopped"]
     failed: Annotated[int, "shots in which segments failed"]
     nodes: Annotated[int, "nodes of the network"]
-    node_steps: Annotated[float, "a shot"]
-    seconds: Annotated[float, "of a processor, a shot"]
+    node_steps: Annotated[float, "node-steps of a shot"]
+    seconds: Annotated[float, "processor time of a shot, s"]
 
     def bound(self) -> float:
         """Largest error that the shots leave, percent."""
@@ -118,10 +118,10 @@ class Row:
 class Choice:
     """Settings that keep an error."""
 
-    error: Annotated[float, "percent"]
+    error: Annotated[float, "error that is asked for, percent"]
     row: Annotated[Row | None, "setting that keeps it; None if none does"]
     runs: Annotated[int, "runs whose mean keeps it"]
-    why: Annotated[str, "there are none"]
+    why: Annotated[str, "why no setting keeps it; empty where one does"]
 
 
 @record
@@ -137,7 +137,7 @@ class Accuracy:
     cautions: Annotated[tuple[str, ...], "what the reader must know first"]
     notes: Annotated[tuple[str, ...], "what was shot at, and how"]
     recommended: Annotated[Setting | None, "setting of the first choice; None if none keeps the error"] = None
-    recommended_scene: Annotated[str, "TOML"] = ""
+    recommended_scene: Annotated[str, "scene file with that setting, TOML; empty without"] = ""
 
     def networks(self) -> list[Row]:
         """Rows of its networks, coarse to fine."""
@@ -514,7 +514,8 @@ def accuracy(
     quantity : str
         "absorbed" energy, "speed" left, largest "deflection" of held cloth, or ballistic "limit" of single shots.
     shots : int
-        Shots of each setting at first; with an error more where the scatter stands in the way.
+        Shots of each setting at first, half as many of bars shorter than a quarter; with an error more where the scatter stands
+        in the way.
     seed : int
         Seed of yarns and impact points.
     attitude : str, optional
